@@ -1,0 +1,166 @@
+//! Every method answers one question: how far is each vertex off?
+
+mod laplacian;
+
+pub use laplacian::{Boundary, EdgeWeights, Laplacian};
+
+use crate::progress::{Cancelled, Progress};
+use crate::surface::Surface;
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// A method with its settings; in JSON an object with the field `name`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "name", rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Denoiser {
+    /// Steps towards the mean of the neighbours.
+    Laplacian(Laplacian),
+}
+
+impl Default for Denoiser {
+    fn default() -> Self {
+        Self::Laplacian(Laplacian::default())
+    }
+}
+
+impl Denoiser {
+    /// δᵢ = pᵢ − p*ᵢ, from the denoised place to the vertex. #V×3, model units; zero where a vertex stays.
+    pub fn deltas(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
+        progress.stage("denoising");
+        match self {
+            Self::Laplacian(settings) => laplacian::deltas(surface, settings, progress),
+        }
+    }
+    /// p*ᵢ = pᵢ − δᵢ. #V×3, model units.
+    pub fn denoised(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
+        let deltas = self.deltas(surface, progress)?;
+        Ok(surface.positions().iter().zip(deltas).map(|(p, delta)| *p - delta).collect())
+    }
+}
+
+/// Laws that hold for every method, whatever its settings.
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+    use crate::ragged::Index;
+    use crate::shapes;
+    use crate::topology::Topology;
+    use glam::DQuat;
+
+    /// Some of each; a new method is added here and nowhere else.
+    fn every() -> Vec<Denoiser> {
+        let mut all = Vec::new();
+        for weights in [EdgeWeights::Uniform, EdgeWeights::Cotangent] {
+            for boundary in [Boundary::Fixed, Boundary::Free] {
+                all.push(Denoiser::Laplacian(Laplacian { iterations: 5, step: 0.5, weights, boundary }));
+            }
+        }
+        all
+    }
+
+    fn deltas(denoiser: &Denoiser, surface: &Surface) -> Vec<DVec3> {
+        denoiser.deltas(surface, &Silent).unwrap()
+    }
+
+    /// Closed, open with a boundary, and of quads.
+    fn families() -> [Surface; 3] {
+        let bumpy = |grid: Surface| {
+            let lifted = grid.positions().iter().map(|p| *p + DVec3::Z * 0.1 * (p.x * 9.0).sin() * (p.y * 7.0).cos());
+            grid.at(lifted.collect())
+        };
+        [shapes::dented_sphere(2), bumpy(shapes::grid(8)), shapes::cube()]
+    }
+
+    fn largest_gap(a: &[DVec3], b: &[DVec3]) -> f64 {
+        assert_eq!(a.len(), b.len());
+        a.iter().zip(b).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn deltas_follow_a_similarity_of_the_surface() {
+        let (turn, scale, shift) = (DQuat::from_rotation_y(0.7), 3.0, DVec3::new(5.0, -2.0, 1.0));
+        for surface in families() {
+            let moved = surface.at(surface.positions().iter().map(|p| turn * *p * scale + shift).collect());
+            for denoiser in every() {
+                let expected: Vec<_> = deltas(&denoiser, &surface).iter().map(|d| turn * *d * scale).collect();
+                let gap = largest_gap(&deltas(&denoiser, &moved), &expected);
+                // Sums of a dozen terms of size 10, five steps: a few hundred ulps.
+                assert!(gap < 1e-12, "{denoiser:?}: {gap:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_plane_stays_a_plane_and_its_fixed_boundary_stays_where_it_is() {
+        let plane = shapes::grid(8);
+        for denoiser in every() {
+            for (v, delta) in (0..).zip(deltas(&denoiser, &plane)) {
+                assert!(delta.z.abs() < 1e-14, "{denoiser:?}: {delta}");
+                let Denoiser::Laplacian(Laplacian { boundary, .. }) = denoiser;
+                if boundary == Boundary::Fixed && plane.topology().is_boundary(v) {
+                    assert_eq!(delta, DVec3::ZERO, "{denoiser:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_same_surface_gives_the_same_bits_on_any_number_of_threads() {
+        let surface = shapes::dented_sphere(4);
+        for denoiser in every() {
+            let on = |threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                pool.install(|| deltas(&denoiser, &surface))
+            };
+            assert!(on(1) == on(2) && on(1) == on(7), "{denoiser:?}");
+        }
+    }
+
+    #[test]
+    fn an_isolated_vertex_stays() {
+        let sphere = shapes::dented_sphere(1);
+        let faces = sphere.topology().faces().clone();
+        let mut positions = sphere.positions().to_vec();
+        positions.push(DVec3::splat(3.0));
+        let surface = Surface::new(Topology::new(positions.len(), faces), positions);
+        for denoiser in every() {
+            assert_eq!(deltas(&denoiser, &surface).pop(), Some(DVec3::ZERO), "{denoiser:?}");
+        }
+    }
+
+    #[test]
+    fn non_manifold_and_flat_faces_give_finite_numbers() {
+        let faces: [[Index; 3]; 5] = [[0, 1, 2], [1, 0, 3], [0, 1, 4], [5, 6, 7], [2, 5, 6]];
+        let mut positions: Vec<_> = (0..8u32).map(|i| DVec3::new(f64::from(i % 3), f64::from(i % 5), 1.0)).collect();
+        positions[6] = positions[5];
+        positions[7] = positions[5];
+        let topology = Topology::new(8, faces.into_iter().map(Vec::from).collect());
+        let surface = Surface::new(topology, positions);
+        for denoiser in every() {
+            assert!(deltas(&denoiser, &surface).iter().all(|d| d.is_finite()), "{denoiser:?}");
+        }
+    }
+
+    #[test]
+    fn work_can_be_stopped() {
+        struct Impatient;
+        impl Progress for Impatient {
+            fn cancelled(&self) -> bool {
+                true
+            }
+        }
+        for denoiser in every() {
+            assert_eq!(denoiser.deltas(&shapes::sphere(1), &Impatient), Err(Cancelled));
+        }
+    }
+
+    #[test]
+    fn settings_survive_json() {
+        for denoiser in every() {
+            let json = serde_json::to_string(&denoiser).unwrap();
+            assert_eq!(serde_json::from_str::<Denoiser>(&json).unwrap(), denoiser, "{json}");
+        }
+    }
+}

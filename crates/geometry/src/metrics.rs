@@ -1,0 +1,345 @@
+//! How far a denoised mesh is from the clean one.
+//!
+//! Definitions as in the literature's evaluation scripts: Ea is the mean angle between the normals of corresponding
+//! faces, distances are from the vertices of one mesh to the surface of the other, in mean edge lengths of the clean
+//! mesh, and Ev is the area-weighted L2 vertex error of Sun, Rosin, Martin, Langbein 2007.
+
+mod distance;
+
+use crate::obj::Obj;
+use crate::polygon;
+use crate::ragged::Index;
+use distance::Distances;
+use glam::DVec3;
+use serde::Serialize;
+
+/// Triangles in space, exactly as a file has them: nothing is welded or left out.
+#[derive(Clone, Debug)]
+pub struct Triangles {
+    positions: Vec<DVec3>,
+    triangles: Vec<[Index; 3]>,
+}
+
+impl From<&Obj> for Triangles {
+    fn from(obj: &Obj) -> Self {
+        let mut triangles = Vec::new();
+        let mut points = Vec::new();
+        for face in obj.faces().iter() {
+            points.clear();
+            points.extend(face.iter().map(|c| obj.positions()[c.position as usize]));
+            polygon::triangulate(&points, |t| triangles.push(t.map(|k| face[k].position)));
+        }
+        Self { positions: obj.positions().to_vec(), triangles }
+    }
+}
+
+/// Why two meshes cannot be compared.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CompareError {
+    /// Different numbers of vertices or triangles.
+    #[error(
+        "the clean mesh has {clean_vertices} vertices and {clean_faces} triangles, this one {vertices} and {faces}"
+    )]
+    Counts {
+        /// Of the clean mesh.
+        clean_vertices: usize,
+        /// Of the clean mesh.
+        clean_faces: usize,
+        /// Of the other.
+        vertices: usize,
+        /// Of the other.
+        faces: usize,
+    },
+    /// Different triangles.
+    #[error("triangle {0} joins other vertices than in the clean mesh")]
+    Connectivity(usize),
+}
+
+/// What is measured; the field names in JSON are those of the table's columns.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Comparison {
+    /// Vertices.
+    #[serde(rename = "V")]
+    pub vertices: usize,
+    /// Triangles.
+    #[serde(rename = "F")]
+    pub faces: usize,
+    /// Whether each edge of the clean mesh has two triangles.
+    pub closed: bool,
+    /// Mean angle between corresponding face normals, degrees.
+    #[serde(rename = "Ea_deg")]
+    pub ea: f64,
+    /// The same weighted by the clean area.
+    #[serde(rename = "Ea_area_deg")]
+    pub ea_area: f64,
+    /// Median.
+    #[serde(rename = "Ea_median_deg")]
+    pub ea_median: f64,
+    /// Root mean square.
+    #[serde(rename = "Ea_rms_deg")]
+    pub ea_rms: f64,
+    /// 95th percentile.
+    #[serde(rename = "Ea_p95_deg")]
+    pub ea_p95: f64,
+    /// Share of faces off by more than 5°, per cent.
+    pub off5_pct: f64,
+    /// Share of faces off by more than 15°, per cent.
+    pub off15_pct: f64,
+    /// Mean distance of the vertices to the clean surface, mean edge lengths.
+    #[serde(rename = "d_mean_el")]
+    pub d_mean: f64,
+    /// The largest.
+    #[serde(rename = "d_max_el")]
+    pub d_max: f64,
+    /// Root mean square.
+    #[serde(rename = "d_rms_el")]
+    pub d_rms: f64,
+    /// Mean distance of the clean vertices to the surface.
+    #[serde(rename = "drev_mean_el")]
+    pub drev_mean: f64,
+    /// The largest: catches features that were lost.
+    #[serde(rename = "drev_max_el")]
+    pub drev_max: f64,
+    /// Mean distance between corresponding vertices.
+    #[serde(rename = "vtx_mean_el")]
+    pub vertex_mean: f64,
+    /// Area-weighted L2 vertex-to-surface error / diagonal of the bounding box · 1000.
+    #[serde(rename = "Ev_1e-3")]
+    pub ev: f64,
+    /// 100 (volume / clean volume − 1); none for open meshes.
+    pub vol_change_pct: Option<f64>,
+    /// Faces more than 90° off.
+    pub flipped: usize,
+    /// Faces that have become slivers or points: area below 1e-6 of the mean, or an angle below half a degree.
+    pub degenerate: usize,
+    /// Edges that have become folded: more than 150° between their faces.
+    pub fold_edges: usize,
+    /// Of the clean mesh, model units.
+    pub mean_edge: f64,
+    /// Diagonal of the clean mesh's bounding box, model units.
+    pub bbox_diag: f64,
+}
+
+/// Measures a result against the clean mesh; both must join the same vertices.
+pub fn compare(clean: &Triangles, result: &Triangles) -> Result<Comparison, CompareError> {
+    check_connectivity(clean, result)?;
+    // From here on with the clean order of faces, whatever that of the result.
+    let faces = &clean.triangles;
+    let (clean_shape, shape) = (Shapes::of(&clean.positions, faces), Shapes::of(&result.positions, faces));
+    let mean_area = mean(clean_shape.areas.iter().copied());
+    let sound = |f: &usize| clean_shape.areas[*f] > 1e-12 * mean_area;
+    let angle = |f: usize| if shape.areas[f] > 0.0 { degrees(clean_shape.normals[f], shape.normals[f]) } else { 90.0 };
+    let measured: Vec<usize> = (0..faces.len()).filter(sound).collect();
+    let angles: Vec<f64> = measured.iter().map(|&f| angle(f)).collect();
+    let weighted = measured.iter().zip(&angles).map(|(&f, a)| a * clean_shape.areas[f]);
+    let weight: f64 = measured.iter().map(|&f| clean_shape.areas[f]).sum();
+    let mut sorted = angles.clone();
+    sorted.sort_unstable_by(f64::total_cmp);
+
+    let edges = Edges::of(faces);
+    let length = |[a, b]: &[Index; 2]| clean.positions[*a as usize].distance(clean.positions[*b as usize]);
+    let mean_edge = mean(edges.ends.iter().map(length));
+    let mut cells = vec![0.0; clean.positions.len()];
+    let mut used = vec![false; clean.positions.len()];
+    for (t, area) in faces.iter().zip(&clean_shape.areas) {
+        for &v in t {
+            cells[v as usize] += area;
+            used[v as usize] = true;
+        }
+    }
+    let used: Vec<usize> = (0..used.len()).filter(|&v| used[v]).collect();
+    let at = |mesh: &Triangles| used.iter().map(|&v| mesh.positions[v]).collect::<Vec<_>>();
+    let forth = Distances::new(&at(result), &clean.positions, faces);
+    let back = Distances::new(&at(clean), &result.positions, faces);
+    let (low, high) =
+        clean.positions.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
+    let diagonal = low.distance(high);
+    let squares = used.iter().zip(&forth.0).map(|(&v, d)| cells[v] * d * d).sum::<f64>();
+    let cell_sum = used.iter().map(|&v| cells[v]).sum::<f64>();
+    let moved = used.iter().map(|&v| clean.positions[v].distance(result.positions[v]));
+    let share = |limit: f64| 100.0 * angles.iter().filter(|a| **a > limit).count() as f64 / angles.len() as f64;
+    let volume = || 100.0 * (volume(&result.positions, faces) / volume(&clean.positions, faces) - 1.0);
+    let folded = |shapes: &Shapes, [f, g]: [usize; 2]| fold_angle(shapes.normals[f], shapes.normals[g]) > 150.0;
+    Ok(Comparison {
+        vertices: clean.positions.len(),
+        faces: faces.len(),
+        closed: edges.closed,
+        ea: mean(angles.iter().copied()),
+        ea_area: weighted.sum::<f64>() / weight,
+        ea_median: percentile(&sorted, 0.5),
+        ea_rms: mean(angles.iter().map(|a| a * a)).sqrt(),
+        ea_p95: percentile(&sorted, 0.95),
+        off5_pct: share(5.0),
+        off15_pct: share(15.0),
+        d_mean: forth.mean() / mean_edge,
+        d_max: forth.max() / mean_edge,
+        d_rms: forth.rms() / mean_edge,
+        drev_mean: back.mean() / mean_edge,
+        drev_max: back.max() / mean_edge,
+        vertex_mean: mean(moved) / mean_edge,
+        ev: 1e3 * (squares / cell_sum).sqrt() / diagonal,
+        vol_change_pct: edges.closed.then(volume),
+        flipped: angles.iter().filter(|a| **a > 90.0).count(),
+        degenerate: (0..faces.len())
+            .filter(|&f| shape.is_sliver(f, mean_area) && !clean_shape.is_sliver(f, mean_area))
+            .count(),
+        fold_edges: edges.pairs.iter().filter(|p| folded(&shape, **p) && !folded(&clean_shape, **p)).count(),
+        mean_edge,
+        bbox_diag: diagonal,
+    })
+}
+
+/// The same triangles, in any order and from any first corner.
+fn check_connectivity(clean: &Triangles, result: &Triangles) -> Result<(), CompareError> {
+    let counts = |mesh: &Triangles| (mesh.positions.len(), mesh.triangles.len());
+    if counts(clean) != counts(result) {
+        let ((clean_vertices, clean_faces), (vertices, faces)) = (counts(clean), counts(result));
+        return Err(CompareError::Counts { clean_vertices, clean_faces, vertices, faces });
+    }
+    if clean.triangles == result.triangles {
+        return Ok(());
+    }
+    let canonical = |mesh: &Triangles| {
+        let lowest_first =
+            |[a, b, c]: [Index; 3]| [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap_or([a, b, c]);
+        let mut all: Vec<_> = mesh.triangles.iter().enumerate().map(|(i, t)| (lowest_first(*t), i)).collect();
+        all.sort_unstable();
+        all
+    };
+    let (ours, theirs) = (canonical(clean), canonical(result));
+    let different = ours.iter().zip(&theirs).find(|(a, b)| a.0 != b.0);
+    different.map_or(Ok(()), |(_, b)| Err(CompareError::Connectivity(b.1)))
+}
+
+/// What is needed of each triangle.
+struct Shapes {
+    normals: Vec<DVec3>,
+    areas: Vec<f64>,
+    smallest_angles: Vec<f64>,
+}
+
+impl Shapes {
+    fn of(positions: &[DVec3], faces: &[[Index; 3]]) -> Self {
+        let corners = || faces.iter().map(|t| t.map(|v| positions[v as usize]));
+        let vectors: Vec<DVec3> = corners().map(|[a, b, c]| (b - a).cross(c - a)).collect();
+        let angle = |a: DVec3, b: DVec3, c: DVec3| degrees(b - a, c - a);
+        Self {
+            normals: vectors
+                .iter()
+                .map(|n| *n / n.length())
+                .map(|n| if n.is_finite() { n } else { DVec3::ZERO })
+                .collect(),
+            areas: vectors.iter().map(|n| n.length() / 2.0).collect(),
+            smallest_angles: corners()
+                .map(|[a, b, c]| angle(a, b, c).min(angle(b, c, a)).min(angle(c, a, b)))
+                .collect(),
+        }
+    }
+    fn is_sliver(&self, face: usize, mean_clean_area: f64) -> bool {
+        self.areas[face] < 1e-6 * mean_clean_area || self.smallest_angles[face] < 0.5
+    }
+}
+
+/// Angle between two vectors, accurate for small ones, degrees.
+fn degrees(a: DVec3, b: DVec3) -> f64 {
+    a.cross(b).length().atan2(a.dot(b)).to_degrees()
+}
+
+/// Angle between unit normals; a face without one counts as 90° off.
+fn fold_angle(a: DVec3, b: DVec3) -> f64 {
+    a.dot(b).clamp(-1.0, 1.0).acos().to_degrees()
+}
+
+fn volume(positions: &[DVec3], faces: &[[Index; 3]]) -> f64 {
+    let centre = positions.iter().sum::<DVec3>() / positions.len() as f64;
+    let corners = faces.iter().map(|t| t.map(|v| positions[v as usize] - centre));
+    corners.map(|[a, b, c]| a.dot(b.cross(c))).sum::<f64>() / 6.0
+}
+
+/// Edges of a list of triangles.
+struct Edges {
+    ends: Vec<[Index; 2]>,
+    /// The two triangles of each edge that has two.
+    pairs: Vec<[usize; 2]>,
+    closed: bool,
+}
+
+impl Edges {
+    fn of(faces: &[[Index; 3]]) -> Self {
+        let sides =
+            |(f, &[a, b, c]): (usize, &[Index; 3])| [(a, b), (b, c), (c, a)].map(|(i, j)| ([i.min(j), i.max(j)], f));
+        let mut halves: Vec<_> = faces.iter().enumerate().flat_map(sides).collect();
+        halves.sort_unstable();
+        let mut out = Self { ends: Vec::new(), pairs: Vec::new(), closed: true };
+        for same in halves.chunk_by(|a, b| a.0 == b.0) {
+            out.ends.push(same[0].0);
+            match same {
+                [a, b] => out.pairs.push([a.1, b.1]),
+                _ => out.closed = false,
+            }
+        }
+        out
+    }
+}
+
+fn mean(of: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let count = of.len();
+    of.sum::<f64>() / count as f64
+}
+
+/// Linear interpolation between order statistics of a sorted list, as numpy does it; NaN for an empty one.
+pub fn percentile(sorted: &[f64], share: f64) -> f64 {
+    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
+    let rank = share * last as f64;
+    let (low, high) = (rank.floor() as usize, rank.ceil() as usize);
+    sorted[low] + (sorted[high] - sorted[low]) * (rank - low as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shapes;
+    use crate::surface::Surface;
+
+    fn triangles(surface: &Surface) -> Triangles {
+        Triangles { positions: surface.positions().to_vec(), triangles: surface.triangles().collect() }
+    }
+
+    #[test]
+    fn a_mesh_is_at_no_distance_from_itself() {
+        let sphere = triangles(&shapes::dented_sphere(2));
+        let same = compare(&sphere, &sphere).unwrap();
+        assert_eq!((same.ea, same.d_max, same.drev_max, same.flipped, same.fold_edges), (0.0, 0.0, 0.0, 0, 0));
+        assert_eq!(same.vol_change_pct, Some(0.0));
+    }
+
+    #[test]
+    fn a_larger_sphere_is_off_by_the_difference_of_the_radii() {
+        let sphere = shapes::sphere(3);
+        let larger = sphere.at(sphere.positions().iter().map(|p| *p * 1.1).collect());
+        let found = compare(&triangles(&sphere), &triangles(&larger)).unwrap();
+        assert!(found.ea < 1e-6);
+        assert!((found.d_mean * found.mean_edge - 0.1).abs() < 1e-12);
+        assert!((found.vol_change_pct.unwrap() - 33.1).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_order_of_the_faces_does_not_matter_but_the_faces_do() {
+        let sphere = triangles(&shapes::dented_sphere(1));
+        let mut other = sphere.clone();
+        other.triangles.reverse();
+        other.triangles[3].rotate_left(1);
+        assert_eq!(compare(&sphere, &other).unwrap().ea, 0.0);
+        other.triangles[3].swap(0, 1);
+        assert_eq!(compare(&sphere, &other).unwrap_err(), CompareError::Connectivity(3));
+        other.triangles.pop();
+        assert!(matches!(compare(&sphere, &other), Err(CompareError::Counts { faces: 79, .. })));
+    }
+
+    #[test]
+    fn percentiles_interpolate() {
+        assert_eq!(percentile(&[1.0, 2.0, 4.0], 0.5), 2.0);
+        assert_eq!(percentile(&[1.0, 2.0, 4.0, 8.0], 0.5), 3.0);
+        assert!(percentile(&[], 0.5).is_nan());
+    }
+}

@@ -1,0 +1,166 @@
+//! The writers.
+
+use super::scan::{Statement, Statements, Tokens};
+use super::{Corner, Obj};
+use crate::ragged::Index;
+use glam::{DVec3, Vec3};
+use std::ops::Range;
+
+/// Copies a file while replacing byte ranges in ascending order.
+struct Patch<'a> {
+    source: &'a [u8],
+    copied: usize,
+    out: Vec<u8>,
+}
+
+impl<'a> Patch<'a> {
+    fn new(source: &'a [u8]) -> Self {
+        // Full precision makes numbers longer than what most exporters write.
+        let out = Vec::with_capacity(source.len() + source.len() / 2);
+        Self { source, copied: 0, out }
+    }
+    /// Copies all before `range`, leaves `range` out, and gives the place to write instead.
+    fn replace(&mut self, range: Range<usize>) -> &mut Vec<u8> {
+        self.out.extend_from_slice(&self.source[self.copied..range.start]);
+        self.copied = range.end;
+        &mut self.out
+    }
+    fn finish(mut self) -> Vec<u8> {
+        self.out.extend_from_slice(&self.source[self.copied..]);
+        self.out
+    }
+}
+
+/// Appends the shortest decimal that reads back to the same number.
+fn push_number(out: &mut Vec<u8>, x: impl ryu::Float) {
+    out.extend_from_slice(ryu::Buffer::new().format(x).as_bytes());
+}
+
+fn push_index(out: &mut Vec<u8>, index: Index) {
+    use std::io::Write as _;
+    // Writing to a Vec cannot fail.
+    let _ = write!(out, "{}", u64::from(index) + 1);
+}
+
+/// Replaces the leading numbers of a statement where they differ, bit for bit.
+fn replace_numbers(patch: &mut Patch, statement: &Statement, before: DVec3, after: DVec3) {
+    let tokens = Tokens::new(patch.source, statement);
+    for (token, (x, y)) in tokens.zip(before.to_array().into_iter().zip(after.to_array())) {
+        if x.to_bits() != y.to_bits() {
+            push_number(patch.replace(token), y);
+        }
+    }
+}
+
+fn push_normals(out: &mut Vec<u8>, normals: &[Vec3], eol: &[u8]) {
+    for n in normals {
+        out.extend_from_slice(b"vn");
+        for x in n.to_array() {
+            out.push(b' ');
+            push_number(out, x);
+        }
+        out.extend_from_slice(eol);
+    }
+}
+
+fn push_line(out: &mut Vec<u8>, keyword: &str, argument: &str, eol: &[u8]) {
+    out.extend_from_slice(keyword.as_bytes());
+    out.push(b' ');
+    out.extend_from_slice(argument.as_bytes());
+    out.extend_from_slice(eol);
+}
+
+impl Obj {
+    /// The file with other coordinates on its `v` lines (#v), and with other normals on its `vn` lines (#vn)
+    /// where some are given. Numbers that did not change keep their spelling.
+    pub fn with_positions(&self, positions: &[DVec3], normals: Option<&[DVec3]>) -> Vec<u8> {
+        assert_eq!(positions.len(), self.positions.len(), "one position for each `v` line");
+        let mut patch = Patch::new(&self.bytes);
+        let (mut v, mut vn) = (0, 0);
+        for statement in Statements::new(&self.bytes) {
+            match (&self.bytes[statement.keyword.clone()], normals) {
+                (b"v", _) => {
+                    replace_numbers(&mut patch, &statement, self.positions[v], positions[v]);
+                    v += 1;
+                }
+                (b"vn", Some(normals)) => {
+                    replace_numbers(&mut patch, &statement, self.normals[vn], normals[vn]);
+                    vn += 1;
+                }
+                _ => {}
+            }
+        }
+        patch.finish()
+    }
+
+    /// The file as the carrier of a displacement map: one normal for each `v` line (#v, unit), which every
+    /// corner names, and one material library. What a client displaces along must not be split at seams or
+    /// hard edges, and that is how `vn` lines usually are; so they are replaced. Positions (#v) replace those
+    /// of the `v` lines. Faces without a material get [`Self::CARRIER_MATERIAL`].
+    pub fn carrier(&self, positions: &[DVec3], normals: &[Vec3], material_library: &str) -> Vec<u8> {
+        assert_eq!(positions.len(), self.positions.len(), "one position for each `v` line");
+        assert_eq!(normals.len(), self.positions.len(), "one normal for each `v` line");
+        let crlf = memchr::memmem::find(&self.bytes, b"\r\n").is_some();
+        let eol: &[u8] = if crlf { b"\r\n" } else { b"\n" };
+        let mut patch = Patch::new(&self.bytes);
+        let (mut v, mut vn, mut corner) = (0, 0, 0);
+        let (mut library_named, mut material_named) = (false, false);
+        for statement in Statements::new(&self.bytes) {
+            let whole_line = statement.line_start..statement.line_end;
+            let before_line = statement.line_start..statement.line_start;
+            let keyword = &self.bytes[statement.keyword.clone()];
+            if matches!(keyword, b"mtllib" | b"usemtl" | b"f" | b"fo") && !library_named {
+                push_line(patch.replace(before_line.clone()), "mtllib", material_library, eol);
+                library_named = true;
+            }
+            match keyword {
+                b"v" => {
+                    replace_numbers(&mut patch, &statement, self.positions[v], positions[v]);
+                    v += 1;
+                }
+                b"vn" | b"mtllib" => {
+                    patch.replace(whole_line);
+                }
+                b"usemtl" => material_named = true,
+                b"f" | b"fo" => {
+                    let out = patch.replace(before_line);
+                    if !material_named {
+                        push_line(out, "usemtl", Self::CARRIER_MATERIAL, eol);
+                        material_named = true;
+                    }
+                    // Just before the first face that may name them, so that numbers of `v` and `vn` agree
+                    // and no reader has to look ahead.
+                    push_normals(out, &normals[vn..v], eol);
+                    vn = v;
+                    for token in Tokens::new(&self.bytes, &statement) {
+                        push_corner(patch.replace(token), self.faces.items()[corner]);
+                        corner += 1;
+                    }
+                }
+                _ => {}
+            }
+        }
+        let mut out = patch.finish();
+        if vn < v {
+            if !out.ends_with(b"\n") {
+                out.extend_from_slice(eol);
+            }
+            push_normals(&mut out, &normals[vn..v], eol);
+        }
+        out
+    }
+
+    /// Material of carrier faces that had none.
+    pub const CARRIER_MATERIAL: &str = "planish";
+}
+
+/// `v/vt/v` or `v//v`: the normal has the number of the vertex.
+fn push_corner(out: &mut Vec<u8>, corner: Corner) {
+    push_index(out, corner.position);
+    out.push(b'/');
+    if let Some(uv) = corner.uv() {
+        push_index(out, uv);
+    }
+    out.push(b'/');
+    push_index(out, corner.position);
+}

@@ -1,0 +1,148 @@
+//! Statements and tokens of an OBJ file as byte ranges, so that whatever is not understood can be copied.
+
+use memchr::memchr;
+use std::ops::Range;
+
+/// A keyword with its arguments; may span several physical lines.
+#[derive(Clone, Debug)]
+pub(super) struct Statement {
+    /// Line of the keyword, counted from 1.
+    pub(super) line: u32,
+    /// Start of the physical line.
+    pub(super) line_start: usize,
+    /// The keyword.
+    pub(super) keyword: Range<usize>,
+    /// End of the last argument's line, without its terminator.
+    pub(super) end: usize,
+    /// End of that line, with its terminator.
+    pub(super) line_end: usize,
+}
+
+/// Walks over the statements; empty lines and comments are passed over.
+pub(super) struct Statements<'a> {
+    bytes: &'a [u8],
+    terminator: u8,
+    at: usize,
+    line: u32,
+}
+
+/// The byte that ends a line: line feed, or carriage return in files that have no line feed at all.
+fn terminator(bytes: &[u8]) -> u8 {
+    if memchr(b'\n', bytes).is_none() && memchr(b'\r', bytes).is_some() { b'\r' } else { b'\n' }
+}
+
+pub(super) fn is_space(byte: u8) -> bool {
+    matches!(byte, b' ' | b'\t' | b'\r' | 0x0b | 0x0c)
+}
+
+/// Statements that consist of numbers; in all others a trailing backslash may be part of a name.
+fn is_numeric(keyword: &[u8]) -> bool {
+    matches!(keyword, b"v" | b"vt" | b"vn" | b"f" | b"fo" | b"l" | b"p")
+}
+
+impl<'a> Statements<'a> {
+    pub(super) fn new(bytes: &'a [u8]) -> Self {
+        // A byte order mark in front of the first keyword would hide it.
+        let at = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
+        Self { bytes, terminator: terminator(bytes), at, line: 0 }
+    }
+
+    /// End of the physical line that starts at `from`, without its terminator.
+    fn physical_end(&self, from: usize) -> usize {
+        memchr(self.terminator, &self.bytes[from..]).map_or(self.bytes.len(), |n| from + n)
+    }
+
+    /// Whether the line asks for the next one to be joined: a backslash at its very end, not in a comment.
+    fn continues(&self, start: usize, end: usize) -> bool {
+        let mut last = end;
+        if last > start && self.bytes[last - 1] == b'\r' {
+            last -= 1;
+        }
+        last > start
+            && self.bytes[last - 1] == b'\\'
+            && end < self.bytes.len()
+            && memchr(b'#', &self.bytes[start..last]).is_none()
+    }
+}
+
+impl Iterator for Statements<'_> {
+    type Item = Statement;
+
+    fn next(&mut self) -> Option<Statement> {
+        while self.at < self.bytes.len() {
+            let line_start = self.at;
+            self.line += 1;
+            let line = self.line;
+            let mut end = self.physical_end(line_start);
+            self.at = (end + 1).min(self.bytes.len());
+            let Some(skip) = self.bytes[line_start..end].iter().position(|&b| !is_space(b)) else {
+                continue;
+            };
+            let start = line_start + skip;
+            if self.bytes[start] == b'#' {
+                continue;
+            }
+            let length = self.bytes[start..end].iter().position(|&b| is_space(b));
+            let keyword = start..length.map_or(end, |n| start + n);
+            if is_numeric(&self.bytes[keyword.clone()]) {
+                let mut physical_start = line_start;
+                while self.continues(physical_start, end) {
+                    physical_start = end + 1;
+                    end = self.physical_end(physical_start);
+                    self.line += 1;
+                    self.at = (end + 1).min(self.bytes.len());
+                }
+            }
+            return Some(Statement { line, line_start, keyword, end, line_end: self.at });
+        }
+        None
+    }
+}
+
+/// Walks over the arguments of a numeric statement as byte ranges.
+pub(super) struct Tokens<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    end: usize,
+}
+
+impl<'a> Tokens<'a> {
+    pub(super) fn new(bytes: &'a [u8], statement: &Statement) -> Self {
+        Self { bytes, at: statement.keyword.end, end: statement.end }
+    }
+
+    /// Whether a continuation (backslash, line end) stands at `at`.
+    fn continuation(&self, at: usize) -> bool {
+        self.bytes[at] == b'\\' && matches!(self.bytes[at + 1..self.end], [] | [b'\n' | b'\r', ..])
+    }
+}
+
+impl Iterator for Tokens<'_> {
+    type Item = Range<usize>;
+
+    fn next(&mut self) -> Option<Range<usize>> {
+        while self.at < self.end
+            && (is_space(self.bytes[self.at]) || self.bytes[self.at] == b'\n' || self.continuation(self.at))
+        {
+            self.at += 1;
+        }
+        if self.at == self.end || self.bytes[self.at] == b'#' {
+            self.at = self.end;
+            return None;
+        }
+        let start = self.at;
+        while self.at < self.end
+            && !is_space(self.bytes[self.at])
+            && self.bytes[self.at] != b'\n'
+            && !self.continuation(self.at)
+        {
+            self.at += 1;
+        }
+        Some(start..self.at)
+    }
+}
+
+/// The argument of a statement that carries a name: the rest of the line without the blanks around it.
+pub(super) fn name<'a>(bytes: &'a [u8], statement: &Statement) -> &'a [u8] {
+    bytes[statement.keyword.end..statement.end].trim_ascii()
+}

@@ -1,0 +1,111 @@
+//! Lists of varying length in one allocation.
+
+/// Index of a vertex, face, corner, edge or uv vertex.
+pub type Index = u32;
+
+/// Compressed rows: list `i` is `items[starts[i]..starts[i + 1]]`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Ragged<T> {
+    starts: Vec<Index>,
+    items: Vec<T>,
+}
+
+impl<T> Default for Ragged<T> {
+    fn default() -> Self {
+        Self { starts: vec![0], items: Vec::new() }
+    }
+}
+
+impl<T> Ragged<T> {
+    /// Adds a list at the end.
+    pub fn push(&mut self, list: impl IntoIterator<Item = T>) {
+        self.items.extend(list);
+        self.close();
+    }
+    /// Adds an item to the list that is not closed yet.
+    pub(crate) fn extend_open(&mut self, item: T) {
+        self.items.push(item);
+    }
+    /// Ends the list that [`Self::extend_open`] has been filling and gives its length.
+    pub(crate) fn close(&mut self) -> usize {
+        let start = self.starts[self.starts.len() - 1];
+        self.starts.push(self.items.len() as Index);
+        self.items.len() - start as usize
+    }
+    /// Number of lists.
+    pub fn len(&self) -> usize {
+        self.starts.len() - 1
+    }
+    /// Whether there is no list at all.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+    /// Positions in [`Self::items`] of list `i`.
+    pub fn range(&self, i: Index) -> std::ops::Range<usize> {
+        self.starts[i as usize] as usize..self.starts[i as usize + 1] as usize
+    }
+    /// List `i`.
+    pub fn get(&self, i: Index) -> &[T] {
+        &self.items[self.range(i)]
+    }
+    /// The lists in order.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = &[T]> {
+        self.starts.windows(2).map(|w| &self.items[w[0] as usize..w[1] as usize])
+    }
+    /// All items, list after list.
+    pub fn items(&self) -> &[T] {
+        &self.items
+    }
+}
+
+impl<T: Copy + Default> Ragged<T> {
+    /// Sorts pairs into `count` lists by their key; within a list the order of the pairs stays.
+    pub fn group<I>(count: usize, pairs: I) -> Self
+    where
+        I: Iterator<Item = (Index, T)> + Clone,
+    {
+        let mut starts = vec![0; count + 1];
+        for (key, _) in pairs.clone() {
+            starts[key as usize + 1] += 1;
+        }
+        for i in 0..count {
+            starts[i + 1] += starts[i];
+        }
+        let mut items = vec![T::default(); starts[count] as usize];
+        let mut next = starts.clone();
+        for (key, item) in pairs {
+            let slot = &mut next[key as usize];
+            items[*slot as usize] = item;
+            *slot += 1;
+        }
+        Self { starts, items }
+    }
+    /// Lets `edit` reorder each list in place.
+    pub(crate) fn for_each_mut(&mut self, mut edit: impl FnMut(&mut [T])) {
+        for w in self.starts.windows(2) {
+            edit(&mut self.items[w[0] as usize..w[1] as usize]);
+        }
+    }
+}
+
+impl<T> FromIterator<Vec<T>> for Ragged<T> {
+    fn from_iter<I: IntoIterator<Item = Vec<T>>>(lists: I) -> Self {
+        let mut out = Self::default();
+        for list in lists {
+            out.push(list);
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grouping_keeps_the_order_within_a_list() {
+        let pairs = [(2, 'a'), (0, 'b'), (2, 'c'), (0, 'd')];
+        let grouped = Ragged::group(3, pairs.into_iter());
+        assert_eq!(grouped.iter().collect::<Vec<_>>(), [&['b', 'd'][..], &[], &['a', 'c']]);
+    }
+}

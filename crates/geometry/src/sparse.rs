@@ -1,0 +1,48 @@
+//! A sparse matrix in compressed rows.
+
+use crate::ragged::{Index, Ragged};
+use rayon::prelude::*;
+use std::ops::{Add, Mul};
+
+/// Rows of (column, value), columns ascending.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Csr {
+    rows: Ragged<(Index, f64)>,
+}
+
+impl Csr {
+    /// Sums entries that share row and column, in the order in which they come.
+    pub fn from_triplets<I>(rows: usize, triplets: I) -> Self
+    where
+        I: Iterator<Item = (Index, Index, f64)> + Clone,
+    {
+        let mut grouped = Ragged::group(rows, triplets.map(|(row, column, x)| (row, (column, x))));
+        grouped.for_each_mut(|row| row.sort_by_key(|entry| entry.0));
+        let mut merged = Ragged::default();
+        for row in grouped.iter() {
+            let same_column = row.chunk_by(|a, b| a.0 == b.0);
+            merged.push(same_column.map(|e| (e[0].0, e.iter().map(|e| e.1).sum())));
+        }
+        Self { rows: merged }
+    }
+    /// (column, value) of row `i`.
+    pub fn row(&self, i: Index) -> &[(Index, f64)] {
+        self.rows.get(i)
+    }
+    /// All rows.
+    pub fn rows(&self) -> impl ExactSizeIterator<Item = &[(Index, f64)]> {
+        self.rows.iter()
+    }
+    /// The same matrix with other values.
+    pub fn map_rows(&self, row: impl Fn(&[(Index, f64)]) -> Vec<(Index, f64)>) -> Self {
+        Self { rows: self.rows.iter().map(row).collect() }
+    }
+    /// Matrix times a column of numbers or vectors.
+    pub fn times<T>(&self, x: &[T]) -> Vec<T>
+    where
+        T: Copy + Default + Send + Sync + Add<Output = T> + Mul<f64, Output = T>,
+    {
+        let product = |i: Index| self.row(i).iter().fold(T::default(), |sum, &(j, w)| sum + x[j as usize] * w);
+        (0..self.rows.len() as Index).into_par_iter().map(product).collect()
+    }
+}

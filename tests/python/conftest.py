@@ -1,0 +1,58 @@
+"""Where things are, and the meshes and binaries that the tests ask for."""
+
+import json
+import lzma
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+
+REPO = Path(__file__).resolve().parents[2]
+REFERENCE = REPO / "tests" / "reference"
+# Meshes that are not ours to publish; whoever has them beside the repository gets more tests.
+SHARED = REPO.parent / "shared"
+
+
+def binary(name, variable):
+    path = Path(os.environ.get(variable, REPO / "target" / "release" / name))
+    if not path.is_file():
+        pytest.fail(f"{path} is missing: build it (cargo build --release --workspace) or set {variable}")
+    return path
+
+
+@pytest.fixture(scope="session")
+def planish():
+    return binary("planish", "PLANISH")
+
+
+@pytest.fixture(scope="session")
+def planish_quantities():
+    """The planish side of `reference.quantities`: a function of a mesh file."""
+
+    def quantities(path):
+        program = binary("quantities", "PLANISH_QUANTITIES")
+        return json.loads(subprocess.run([program, path], check=True, capture_output=True).stdout)
+
+    return quantities
+
+
+def parameters(paths, missing=""):
+    """One parameter per path; where there are none, a single one that is skipped and says what is missing."""
+    named = [pytest.param(path, id=path.name.split(".obj")[0]) for path in paths]
+    return named or [pytest.param(None, id="shared", marks=pytest.mark.skip(reason=missing))]
+
+
+def unpacked(path, folder):
+    """The path of a mesh that programs without xz can read."""
+    if path.suffix != ".xz":
+        return path
+    plain = folder / path.stem
+    plain.write_bytes(lzma.decompress(path.read_bytes()))
+    return plain
+
+
+def reference_meshes():
+    paths = sorted(REFERENCE.glob("*.obj"))
+    assert paths, "tests/reference has no meshes: run make_meshes.py"
+    return paths
