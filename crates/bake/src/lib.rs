@@ -1,1 +1,55 @@
-//! stub
+//! The command line of planish: files in, files out. All arithmetic is in `planish-geometry`.
+
+mod args;
+mod commands;
+mod console;
+mod failure;
+mod input;
+mod output;
+
+use args::{Cli, Command};
+use clap::{CommandFactory as _, Parser as _};
+use console::Console;
+use failure::Failure;
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+/// Runs one command line, program name first. The exit code is 0 when all is done, 1 when something failed that is not
+/// the user's doing, and 2 for input or usage that cannot work.
+pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let cli = match Cli::try_parse_from(args) {
+        Ok(cli) => cli,
+        Err(e) => {
+            // Help and version go to stdout and are no error; a closed pipe is nobody's fault.
+            let _ = e.print();
+            return ExitCode::from(u8::try_from(e.exit_code()).unwrap_or(2));
+        }
+    };
+    let console = Console::new(&cli.output);
+    let result = dispatch(cli.command, &console);
+    console.finish();
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            console::complain(&failure);
+            failure.exit_code()
+        }
+    }
+}
+
+fn dispatch(command: Command, console: &Console) -> Result<(), Failure> {
+    match command {
+        Command::Bake(args) => commands::bake::run(&args, console),
+        Command::Apply(args) => commands::apply::run(&args, console),
+        Command::Denoise(args) => commands::denoise::run(&args, console),
+        Command::Compare(args) => commands::compare::run(&args, console),
+        Command::Noise(args) => commands::noise::run(&args, console),
+        Command::Info(args) => commands::info::run(&args, console),
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "planish", &mut script);
+            console.print_bytes(&script);
+            Ok(())
+        }
+    }
+}

@@ -90,7 +90,7 @@ impl Atlas {
                     let area = same.iter().map(|&(_, c)| areas[topology.face(c) as usize]).sum();
                     let rank = (in_unit_square(self.uvs[uv as usize]), area);
                     // Strictly better: of equals the lower index, which comes first, stays.
-                    if wedges.is_empty() || rank.0 > best.0 || (rank.0 == best.0 && rank.1 > best.1) {
+                    if wedges.is_empty() || rank.0 & !best.0 || (rank.0 == best.0 && rank.1 > best.1) {
                         best = (rank.0, rank.1, uv);
                     }
                     wedges.push(uv);

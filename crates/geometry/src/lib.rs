@@ -1,8 +1,12 @@
 //! Geometry of planish.
 
+pub mod apply;
 pub mod atlas;
+pub mod bundle;
 pub mod denoise;
+pub mod displacement;
 pub mod laplacian;
+pub mod manifest;
 pub mod materials;
 pub mod metrics;
 pub mod model;
@@ -15,5 +19,6 @@ pub mod ragged;
 pub mod shapes;
 pub mod sparse;
 pub mod surface;
+pub mod texture;
 pub mod topology;
 pub mod weld;

@@ -82,6 +82,10 @@ impl Obj {
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
+    /// The file without what was read from it.
+    pub fn into_bytes(self) -> Vec<u8> {
+        self.bytes
+    }
     /// Coordinates of the `v` lines. Model units.
     pub fn positions(&self) -> &[DVec3] {
         &self.positions

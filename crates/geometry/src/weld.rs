@@ -3,9 +3,11 @@
 use crate::ragged::Index;
 use glam::DVec3;
 use rustc_hash::FxHashMap;
+use serde::{Deserialize, Serialize};
 
 /// When two positions are the same vertex.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Welding {
     /// Equal coordinates (−0 equals 0).
     #[default]

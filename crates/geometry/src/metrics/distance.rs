@@ -12,7 +12,7 @@ impl Distances {
     pub(super) fn new(points: &[DVec3], positions: &[DVec3], faces: &[[Index; 3]]) -> Self {
         let triangles = faces.iter().map(|t| Triangle(t.map(|v| positions[v as usize])));
         // A triangle without area has no interior, and its edges are those of others.
-        let tree = RTree::bulk_load(triangles.filter(|t| t.has_area()).collect());
+        let tree = RTree::bulk_load(triangles.filter(Triangle::has_area).collect());
         let nearest =
             |p: &DVec3| tree.nearest_neighbor_with_distance_2(p.to_array()).map_or(f64::NAN, |(_, d2)| d2.sqrt());
         Self(points.par_iter().map(nearest).collect())

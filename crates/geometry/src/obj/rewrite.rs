@@ -37,9 +37,7 @@ fn push_number(out: &mut Vec<u8>, x: impl ryu::Float) {
 }
 
 fn push_index(out: &mut Vec<u8>, index: Index) {
-    use std::io::Write as _;
-    // Writing to a Vec cannot fail.
-    let _ = write!(out, "{}", u64::from(index) + 1);
+    out.extend_from_slice(itoa::Buffer::new().format(u64::from(index) + 1).as_bytes());
 }
 
 /// Replaces the leading numbers of a statement where they differ, bit for bit.

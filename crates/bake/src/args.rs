@@ -1,0 +1,360 @@
+//! The command line, as clap reads it; the doc comments are the help.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use planish_geometry::denoise::{Boundary, Denoiser, EdgeWeights, Laplacian};
+use planish_geometry::displacement::Bits;
+use planish_geometry::manifest::LARGEST_SIDE;
+use planish_geometry::model::NormalSource;
+use planish_geometry::texture::Interpolation;
+use planish_geometry::texture::normal_map::Convention;
+use planish_geometry::weld::Welding;
+use std::path::PathBuf;
+
+/// Denoise a mesh with a displacement map.
+///
+/// planish computes how far noise lifted each vertex of a mesh, h = ⟨p − p*, n⟩, and bakes that into a displacement map.
+/// A vertex shader takes it off again: p' = p − λ · (bias + scale · texel) · n. The mesh file stays untouched, and λ can
+/// be turned at run time from 0 (noisy) to 1 (denoised) and beyond.
+#[derive(Debug, Parser)]
+#[command(name = "planish", version, arg_required_else_help = true, propagate_version = true)]
+#[command(
+    after_help = "Exit codes: 0 done, 1 failed, 2 bad input or usage.\n\nStart with: planish info scan.obj, then planish bake scan.obj -o out"
+)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}
+
+/// What every command prints.
+#[derive(Args, Debug)]
+pub(crate) struct OutputArgs {
+    /// Print the result as JSON
+    #[arg(long, global = true, help_heading = "Output")]
+    pub(crate) json: bool,
+    /// Print nothing but errors
+    #[arg(short, long, global = true, conflicts_with = "json", help_heading = "Output")]
+    pub(crate) quiet: bool,
+    /// Print the time of each stage as well
+    #[arg(short, long, global = true, conflicts_with = "quiet", help_heading = "Output")]
+    pub(crate) verbose: bool,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Bake a mesh with UVs into a displacement map
+    ///
+    /// Writes NAME.displacement.png (or .exr), NAME.normal.png, NAME.planish.json, and a carrier: NAME.obj with
+    /// NAME.mtl, which is the mesh with the normals that the map displaces along.
+    #[command(after_help = "Example:\n  planish bake scan.obj -o out --iterations 10 --size 2048")]
+    Bake(BakeArgs),
+    /// Displace a mesh by its map, as the vertex shader would
+    #[command(after_help = "Example:\n  planish apply out/scan.planish.json --lambda 0.5 -o half.obj")]
+    Apply(ApplyArgs),
+    /// Write the denoised mesh itself
+    ///
+    /// Only the numbers of the `v` lines change; order, UVs, groups, materials, comments and spacing stay byte for byte.
+    #[command(after_help = "Example:\n  planish denoise scan.obj -o smooth.obj --iterations 10 --update-normals")]
+    Denoise(DenoiseArgs),
+    /// Measure results against the clean mesh
+    ///
+    /// Ea is the mean angle between corresponding face normals; distances are in mean edge lengths of the clean mesh.
+    #[command(after_help = "Example:\n  planish compare clean.obj noisy.obj smooth.obj")]
+    Compare(CompareArgs),
+    /// Add synthetic noise to a clean mesh
+    #[command(after_help = "Example:\n  planish noise clean.obj -o noisy.obj --sigma 0.2 --seed 7")]
+    Noise(NoiseArgs),
+    /// Say what is in a mesh file and what is wrong with it
+    #[command(after_help = "Example:\n  planish info scan.obj --json")]
+    Info(InfoArgs),
+    /// Print a completion script for a shell
+    #[command(after_help = "Example:\n  planish completions bash > ~/.local/share/bash-completion/completions/planish")]
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+}
+
+/// How to denoise.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Denoising")]
+pub(crate) struct MethodArgs {
+    /// Denoising method
+    #[arg(long, value_enum, default_value_t)]
+    method: MethodArg,
+    /// Number of smoothing steps
+    #[arg(long, value_name = "N", default_value_t = Laplacian::default().iterations, value_parser = clap::value_parser!(u32).range(..=100_000))]
+    iterations: u32,
+    /// Share of the way to the mean of the neighbours that a step goes, 0 to 1
+    #[arg(long, value_name = "S", default_value_t = Laplacian::default().step, value_parser = in_unit_interval)]
+    step: f64,
+    /// Weights of the neighbours
+    #[arg(long, value_enum, default_value_t)]
+    weights: WeightsArg,
+    /// What happens at the rim of an open mesh
+    #[arg(long, value_enum, default_value_t)]
+    boundary: BoundaryArg,
+    /// Which `v` lines are one vertex: exact (equal coordinates), none, or a distance in model units
+    ///
+    /// Exporters split vertices at UV seams; without welding the mesh would be cut open there.
+    #[arg(long, value_name = "exact|none|EPS", default_value = "exact", value_parser = welding)]
+    pub(crate) weld: Welding,
+}
+
+impl MethodArgs {
+    pub(crate) fn denoiser(&self) -> Denoiser {
+        match self.method {
+            MethodArg::Laplacian => Denoiser::Laplacian(Laplacian {
+                iterations: self.iterations,
+                step: self.step,
+                weights: self.weights.into(),
+                boundary: self.boundary.into(),
+            }),
+        }
+    }
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct BakeArgs {
+    /// The noisy mesh, with texture coordinates
+    #[arg(value_name = "IN.obj")]
+    pub(crate) input: PathBuf,
+    /// Folder for the results; made if missing [default: ./NAME-planish]
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) method: MethodArgs,
+    /// Strength λ for the normal map and the client settings: 0 leaves the noise, 1 is denoised
+    #[arg(long, value_name = "L", default_value_t = 1.0, value_parser = finite, help_heading = "Map")]
+    pub(crate) lambda: f64,
+    /// Normals to displace along
+    #[arg(long, value_enum, default_value_t, help_heading = "Map")]
+    pub(crate) normals: NormalsArg,
+    /// Texels on a side, or auto: the smallest power of two that resolves the layout
+    #[arg(long, value_name = "auto|N", default_value = "auto", value_parser = side, help_heading = "Map")]
+    pub(crate) size: SideArg,
+    /// How texels between vertices are filled
+    #[arg(long, value_enum, default_value_t, help_heading = "Map")]
+    pub(crate) interpolation: InterpolationArg,
+    /// Bits of a texel: 8 or 16 (PNG), 32 (EXR) [default: 16, or 32 with --format exr]
+    #[arg(long, value_name = "8|16|32", value_parser = bits, help_heading = "Map")]
+    pub(crate) bits: Option<Bits>,
+    /// File format of the displacement map [default: by --bits]
+    #[arg(long, value_enum, help_heading = "Map")]
+    pub(crate) format: Option<FormatArg>,
+    /// Green channel of the normal map: opengl points up (Blender, glTF, three.js, Unity), directx down (Unreal)
+    #[arg(long, value_enum, default_value_t, help_heading = "Map")]
+    pub(crate) normal_convention: ConventionArg,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct ApplyArgs {
+    /// The manifest that `bake` wrote
+    #[arg(value_name = "MAP.planish.json")]
+    pub(crate) manifest: PathBuf,
+    /// The mesh that was baked, or its carrier [default: the carrier beside the manifest]
+    #[arg(long, value_name = "IN.obj")]
+    pub(crate) mesh: Option<PathBuf>,
+    /// Strength λ: 0 leaves the noise, 1 is denoised [default: that of the manifest]
+    #[arg(long, value_name = "L", value_parser = finite)]
+    pub(crate) lambda: Option<f64>,
+    /// The displaced mesh
+    #[arg(short, long, value_name = "OUT.obj")]
+    pub(crate) output: PathBuf,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct DenoiseArgs {
+    /// The noisy mesh
+    #[arg(value_name = "IN.obj")]
+    pub(crate) input: PathBuf,
+    /// The denoised mesh
+    #[arg(short, long, value_name = "OUT.obj")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) method: MethodArgs,
+    /// Give the `vn` lines new numbers too, so that the shading follows; hard edges stay hard
+    #[arg(long)]
+    pub(crate) update_normals: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct CompareArgs {
+    /// The clean mesh
+    #[arg(value_name = "CLEAN.obj")]
+    pub(crate) clean: PathBuf,
+    /// Meshes with the same vertices and faces
+    #[arg(value_name = "RESULT.obj", required = true)]
+    pub(crate) results: Vec<PathBuf>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct NoiseArgs {
+    /// The clean mesh
+    #[arg(value_name = "CLEAN.obj")]
+    pub(crate) input: PathBuf,
+    /// The noisy mesh
+    #[arg(short, long, value_name = "NOISY.obj")]
+    pub(crate) output: PathBuf,
+    /// Standard deviation of the Gaussian noise, in mean edge lengths
+    #[arg(long, value_name = "S", value_parser = not_negative)]
+    pub(crate) sigma: f64,
+    /// Where vertices go
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) direction: DirectionArg,
+    /// Hit only this share of the vertices, 0 to 1
+    #[arg(long, value_name = "P", value_parser = in_unit_interval)]
+    pub(crate) impulsive: Option<f64>,
+    /// The same seed gives the same noise
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Which `v` lines are one vertex: exact, none, or a distance in model units
+    #[arg(long, value_name = "exact|none|EPS", default_value = "exact", value_parser = welding)]
+    pub(crate) weld: Welding,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct InfoArgs {
+    /// The mesh
+    #[arg(value_name = "IN.obj")]
+    pub(crate) input: PathBuf,
+    /// Which `v` lines are one vertex: exact, none, or a distance in model units
+    #[arg(long, value_name = "exact|none|EPS", default_value = "exact", value_parser = welding)]
+    pub(crate) weld: Welding,
+}
+
+/// A number that clap lists as a choice, and what it stands for in the library.
+macro_rules! choice {
+    ($(#[$meta:meta])* $name:ident => $target:ty { $($(#[$help:meta])* $variant:ident => $value:expr),+ $(,)? }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+        pub(crate) enum $name { $($(#[$help])* $variant),+ }
+
+        impl From<$name> for $target {
+            fn from(choice: $name) -> Self {
+                match choice { $($name::$variant => $value),+ }
+            }
+        }
+    };
+}
+
+/// Methods by name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum MethodArg {
+    /// Steps towards the mean of the neighbours
+    #[default]
+    Laplacian,
+}
+
+choice!(WeightsArg => EdgeWeights {
+    /// All the same
+    #[default]
+    Uniform => EdgeWeights::Uniform,
+    /// Cotangents of the angles opposite
+    Cotangent => EdgeWeights::Cotangent,
+});
+
+choice!(BoundaryArg => Boundary {
+    /// The rim stays
+    #[default]
+    Fixed => Boundary::Fixed,
+    /// The rim moves like the rest, and shrinks
+    Free => Boundary::Free,
+});
+
+choice!(NormalsArg => NormalSource {
+    /// Those of the file, averaged at each vertex
+    File => NormalSource::File,
+    /// Mean of the faces' normals
+    Uniform => NormalSource::Uniform,
+    /// Weighted by area
+    Area => NormalSource::Area,
+    /// Weighted by angle, as Blender's
+    #[default]
+    Angle => NormalSource::Angle,
+});
+
+choice!(InterpolationArg => Interpolation {
+    /// Linear on the triangles of the mesh
+    #[default]
+    Barycentric => Interpolation::Barycentric,
+    /// Natural neighbours of the samples
+    Natural => Interpolation::Natural,
+    /// Inverse distance to the eight nearest samples
+    Idw => Interpolation::Idw,
+    /// The nearest sample
+    Nearest => Interpolation::Nearest,
+});
+
+choice!(ConventionArg => Convention {
+    /// Green up
+    #[default]
+    Opengl => Convention::OpenGl,
+    /// Green down
+    Directx => Convention::DirectX,
+});
+
+choice!(DirectionArg => planish_geometry::noise::Direction {
+    /// Along the vertex normal
+    #[default]
+    Normal => planish_geometry::noise::Direction::Normal,
+    /// In a random direction
+    Random => planish_geometry::noise::Direction::Random,
+});
+
+/// File formats.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum FormatArg {
+    /// 8 or 16 bits
+    Png,
+    /// 32-bit floating point
+    Exr,
+}
+
+/// `--size`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct SideArg(pub(crate) Option<u32>);
+
+fn side(text: &str) -> Result<SideArg, String> {
+    if text == "auto" {
+        return Ok(SideArg(None));
+    }
+    match text.parse() {
+        Ok(side) if (1..=LARGEST_SIDE).contains(&side) => Ok(SideArg(Some(side))),
+        _ => Err(format!("a size is `auto` or a number from 1 to {LARGEST_SIDE}")),
+    }
+}
+
+fn bits(text: &str) -> Result<Bits, String> {
+    let number: u32 = text.parse().map_err(|_| "a texel has 8, 16 or 32 bits".to_owned())?;
+    Bits::try_from(number)
+}
+
+fn welding(text: &str) -> Result<Welding, String> {
+    match text {
+        "exact" => Ok(Welding::Exact),
+        "none" => Ok(Welding::None),
+        _ => match text.parse() {
+            Ok(epsilon) if f64::is_finite(epsilon) && epsilon > 0.0 => Ok(Welding::Epsilon(epsilon)),
+            _ => Err("welding is `exact`, `none` or a distance greater than 0".to_owned()),
+        },
+    }
+}
+
+fn number(text: &str, fine: impl Fn(f64) -> bool, rule: &str) -> Result<f64, String> {
+    let parsed: Result<f64, _> = text.parse();
+    parsed.ok().filter(|x| x.is_finite() && fine(*x)).ok_or_else(|| rule.to_owned())
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    number(text, |x| x.abs() <= 1e6, "not a number between −1000000 and 1000000")
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    number(text, |x| (0.0..=1e6).contains(&x), "not a number between 0 and 1000000")
+}
+
+fn in_unit_interval(text: &str) -> Result<f64, String> {
+    number(text, |x| (0.0..=1.0).contains(&x), "not a number between 0 and 1")
+}

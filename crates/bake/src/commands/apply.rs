@@ -1,0 +1,91 @@
+//! `planish apply`
+
+use crate::args::ApplyArgs;
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::input;
+use crate::output::Output;
+use planish_geometry::apply::{self, ShaderVertex};
+use planish_geometry::bundle;
+use planish_geometry::displacement::Displacement;
+use planish_geometry::manifest::{self, Manifest};
+use planish_geometry::model::Model;
+use planish_geometry::obj::Obj;
+use planish_geometry::progress::Progress as _;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+#[derive(Serialize)]
+struct Applied {
+    output: String,
+    mesh: String,
+    lambda: f64,
+    vertices: usize,
+    max_displacement: f64,
+}
+
+pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
+    console.stage("reading");
+    let manifest = Manifest::from_json(&input::read(&args.manifest)?).map_err(|e| Failure::at(&args.manifest, e))?;
+    let beside = |name: &str| args.manifest.parent().unwrap_or(Path::new("")).join(name);
+    let mesh: PathBuf = args.mesh.clone().unwrap_or_else(|| beside(&manifest.carrier.obj));
+    let output = Output::open(&args.output, &[&args.manifest, &mesh])?;
+
+    let image = beside(&manifest.displacement.file);
+    let entry = &manifest.displacement;
+    let map = Displacement::decode(&input::read(&image)?, entry.size(), entry.encoding())
+        .map_err(|e| Failure::at(&image, e))?;
+    let obj = input::obj(&mesh)?;
+    console.check()?;
+    console.stage("displacing");
+    let vertices = shader_vertices(&obj, &manifest, &mesh, &args.manifest)?;
+    let lambda = args.lambda.unwrap_or(entry.lambda);
+    let places = apply::displaced(&vertices, &map, lambda as f32, entry.origin);
+    let moved = obj.positions().iter().zip(&places).map(|(p, q)| p.distance(*q));
+    let max_displacement = moved.fold(0.0, f64::max);
+    console.stage("writing");
+    let bytes = obj.with_positions(&places, None);
+    console.check()?;
+    let written = output.write(&bytes)?;
+    let report = Applied {
+        output: written.display().to_string(),
+        mesh: mesh.display().to_string(),
+        lambda,
+        vertices: places.len(),
+        max_displacement,
+    };
+    console.report(&report, || {
+        let Applied { output, mesh, lambda, vertices, max_displacement } = &report;
+        format!("wrote {output}\n  {vertices} vertices of {mesh} displaced with λ = {lambda}, by {max_displacement:.6} at most\n")
+    });
+    Ok(())
+}
+
+/// The vertices of the carrier as it is, or of the source with the normals that the bake used.
+fn shader_vertices(obj: &Obj, manifest: &Manifest, mesh: &Path, named_in: &Path) -> Result<Vec<ShaderVertex>, Failure> {
+    let digest = manifest::sha256(obj.bytes());
+    let dominant = manifest.dominant_uv.pairs();
+    let named = |&[v, vt]: &[u32; 2]| (v as usize) < obj.positions().len() && (vt as usize) < obj.uvs().len();
+    let is_carrier = digest == manifest.carrier.sha256;
+    if !is_carrier && digest != manifest.source.sha256 {
+        let reason = format!(
+            "is not the mesh that {} belongs to: neither {} nor its carrier {}, byte for byte",
+            named_in.display(),
+            manifest.source.file,
+            manifest.carrier.obj
+        );
+        return Err(Failure::at(mesh, reason));
+    }
+    if let Some([v, vt]) = dominant.iter().find(|pair| !named(pair)) {
+        let reason =
+            format!("field `dominant_uv.seam_vertices`: the mesh has no vertex {} or no `vt` {}", v + 1, vt + 1);
+        return Err(Failure::at(named_in, reason));
+    }
+    let origin = manifest.displacement.origin;
+    if is_carrier {
+        return Ok(apply::carrier_vertices(obj, &dominant, origin));
+    }
+    let model = Model::new(obj.clone(), manifest.welding);
+    let normals = bundle::displacement_normals(&model, manifest.normals).map_err(|e| Failure::at(mesh, e))?;
+    Ok(apply::source_vertices(obj, &model.weld().spread(&normals), &dominant, origin))
+}

@@ -1,0 +1,38 @@
+//! How a command ends that does not end well.
+
+use planish_geometry::progress::Cancelled;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// One clear sentence, and whose fault it was.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Failure {
+    /// Input or usage that cannot work; exit code 2.
+    #[error("{0}")]
+    Input(String),
+    /// Anything else; exit code 1.
+    #[error("{0}")]
+    Internal(String),
+    /// Interrupted; exit code 1.
+    #[error("interrupted; nothing was written")]
+    Interrupted,
+}
+
+impl Failure {
+    /// A failure that a file is the reason of.
+    pub(crate) fn at(path: &Path, reason: impl std::fmt::Display) -> Self {
+        Self::Input(format!("{}: {reason}", path.display()))
+    }
+    pub(crate) fn exit_code(&self) -> ExitCode {
+        match self {
+            Self::Input(_) => ExitCode::from(2),
+            Self::Internal(_) | Self::Interrupted => ExitCode::from(1),
+        }
+    }
+}
+
+impl From<Cancelled> for Failure {
+    fn from(_: Cancelled) -> Self {
+        Self::Interrupted
+    }
+}

@@ -1,0 +1,276 @@
+//! The whole bake: a model becomes the files of a displacement map, each as bytes.
+//!
+//! Whoever bakes, the command line or a window, writes these bytes and nothing else.
+
+mod report;
+
+use crate::apply;
+use crate::atlas::{Atlas, AtlasError};
+use crate::denoise::Denoiser;
+use crate::displacement::{self, Bits, DecodeError, Displacement, Encoding};
+use crate::manifest::{self, Carrier, Clients, DominantUv, Layout, Manifest, MapEntry, NormalMapEntry, Report, Source};
+use crate::materials::{self, MapStatements};
+use crate::model::{Model, NoFileNormals, NormalSource};
+use crate::normals;
+use crate::obj::{Obj, ObjError};
+use crate::progress::{Cancelled, Progress};
+use crate::ragged::Index;
+use crate::texture::normal_map::{self, Convention};
+use crate::texture::resolution::{Choice, Spacing};
+use crate::texture::{self, Coverage, Interpolation, Size};
+use crate::weld::Welding;
+use glam::{DVec3, Vec3};
+
+/// All that can be chosen.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Settings {
+    /// How to denoise.
+    pub method: Denoiser,
+    /// How the model was welded; goes into the manifest.
+    pub welding: Welding,
+    /// Along which normals to displace.
+    pub normals: NormalSource,
+    /// Strength for the normal map and the clients.
+    pub lambda: Lambda,
+    /// Side of the maps; none chooses it.
+    pub side: Option<u32>,
+    /// How texels between vertices are filled.
+    pub interpolation: Interpolation,
+    /// Of a texel.
+    pub bits: Bits,
+    /// Of the normal map.
+    pub convention: Convention,
+}
+
+/// Strength: 0 is the source, 1 is denoised.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lambda(pub f64);
+
+impl Default for Lambda {
+    fn default() -> Self {
+        Self(1.0)
+    }
+}
+
+/// What the files are called.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Names {
+    /// The source as the manifest shall name it.
+    pub source: String,
+    /// Beginning of the names of the maps and the manifest.
+    pub stem: String,
+    /// Beginning of the names of the carrier and its materials.
+    pub carrier: String,
+}
+
+/// A file to write.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct File {
+    /// Name without a folder.
+    pub name: String,
+    /// Content.
+    pub bytes: Vec<u8>,
+}
+
+/// The result of a bake.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bundle {
+    /// Maps, carrier and materials; the manifest comes last.
+    pub files: Vec<File>,
+    /// What the last file says.
+    pub manifest: Manifest,
+    /// Why the size was chosen; none where it was given.
+    pub choice: Option<Choice>,
+}
+
+/// Why there is no bundle.
+#[derive(Debug, thiserror::Error)]
+pub enum BakeError {
+    /// No layout.
+    #[error(transparent)]
+    Atlas(#[from] AtlasError),
+    /// [`NormalSource::File`] without normals in the file.
+    #[error(transparent)]
+    Normals(#[from] NoFileNormals),
+    /// An image could not be made.
+    #[error("the image cannot be encoded: {0}")]
+    Encode(#[from] image::ImageError),
+    /// What was written did not read back: the fault is here.
+    #[error("the map does not read back: {0}")]
+    Decode(#[from] DecodeError),
+    /// The same for the carrier.
+    #[error("the carrier does not read back: {0}")]
+    Carrier(#[from] ObjError),
+    /// The heights left what single precision can hold.
+    #[error("denoising gave heights that are not finite numbers in single precision")]
+    NotFinite,
+    /// As asked.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// Normals of the vertices (#V×3) in single precision, as baker, carrier and shader use them.
+pub fn displacement_normals(model: &Model, source: NormalSource) -> Result<Vec<Vec3>, NoFileNormals> {
+    Ok(model.vertex_normals(source)?.into_iter().map(glam::DVec3::as_vec3).collect())
+}
+
+/// Denoises, bakes, writes to memory, reads back and measures.
+///
+/// `libraries` are the material libraries of the source, `relocate` turns the name of a texture as it stands there into
+/// one that holds where the carrier will lie.
+pub fn bake(
+    model: &Model,
+    names: &Names,
+    libraries: &[Vec<u8>],
+    relocate: impl Fn(&str) -> String,
+    settings: &Settings,
+    progress: &dyn Progress,
+) -> Result<Bundle, BakeError> {
+    progress.stage("layout");
+    let surface = model.surface();
+    let atlas = model.atlas()?;
+    let normals = displacement_normals(model, settings.normals)?;
+    // The one stage that cannot be spread over threads runs beside the others.
+    let (tangents, heights) = rayon::join(
+        || normal_map::tangents(surface, &atlas, &normals),
+        || {
+            let heights = Heights::bake(model, &atlas, &normals, settings, progress);
+            progress.stage("tangent frames");
+            heights
+        },
+    );
+    let heights = heights?;
+    progress.check()?;
+    let along = |strength: f64| {
+        let places = surface.positions().iter().zip(heights.heights.iter().zip(&normals));
+        places.map(|(p, (h, n))| *p - strength * h * n.as_dvec3()).collect::<Vec<_>>()
+    };
+    let shaded = along(settings.lambda.0);
+    let normal_map =
+        normal_map::bake(surface, &normals, &tangents, shaded, &heights.coverage, settings.convention, progress)?;
+    drop(tangents);
+    progress.stage("encoding");
+    let size = heights.coverage.size();
+    let normal_map = displacement::png(normal_map.texels.as_flattened(), size, image::ExtendedColorType::Rgb8)?;
+
+    progress.stage("carrier");
+    let clients = Clients::new(heights.encoding, settings.lambda.0);
+    let map_file = format!("{}.displacement.{}", names.stem, settings.bits.extension());
+    let normal_file = format!("{}.normal.png", names.stem);
+    let library_file = format!("{}.mtl", names.carrier);
+    let statements =
+        MapStatements { displacement: &map_file, base: clients.mtl.base, gain: clients.mtl.gain, normal: &normal_file };
+    let library = materials::carrier_library(libraries, &statements, relocate);
+    let welded: Vec<DVec3> = model.weld().spread(surface.positions());
+    let carrier = model.obj().carrier(&welded, &carrier_normals(model, &normals), &library_file);
+    drop(welded);
+    progress.check()?;
+
+    progress.stage("hashing");
+    let (source_sha256, carrier_sha256) =
+        rayon::join(|| manifest::sha256(model.obj().bytes()), || manifest::sha256(&carrier));
+    let mut manifest = Manifest {
+        planish: manifest::VERSION,
+        source: Source {
+            file: names.source.clone(),
+            sha256: source_sha256,
+            vertices: model.obj().positions().len(),
+            faces: model.obj().faces().len(),
+        },
+        method: settings.method.clone(),
+        welding: settings.welding,
+        normals: settings.normals,
+        displacement: MapEntry {
+            file: map_file,
+            layout: Layout::Uv,
+            interpolation: settings.interpolation,
+            width: size.width,
+            height: size.height,
+            bits: settings.bits,
+            bias: heights.encoding.bias.into(),
+            scale: heights.encoding.scale.into(),
+            lambda: settings.lambda.0,
+            origin: apply::origin(surface.bounds()),
+        },
+        dominant_uv: dominant_uv(model, &atlas),
+        normal_map: NormalMapEntry { file: normal_file, convention: settings.convention },
+        carrier: Carrier { obj: format!("{}.obj", names.carrier), mtl: library_file, sha256: carrier_sha256 },
+        report: Report::default(),
+        clients,
+    };
+    progress.stage("verifying");
+    let layout = report::LayoutFindings::of(&atlas, &heights.spacing, &heights.coverage);
+    let carrier = Obj::parse(carrier)?;
+    manifest.report = report::measure(model, &along(1.0), &normals, &manifest, &heights.image, &carrier, &layout)?;
+    progress.check()?;
+    let file = |name: &str, bytes| File { name: name.to_owned(), bytes };
+    let files = vec![
+        file(&manifest.displacement.file, heights.image),
+        file(&manifest.normal_map.file, normal_map),
+        file(&manifest.carrier.obj, carrier.into_bytes()),
+        file(&manifest.carrier.mtl, library),
+        file(&format!("{}.planish.json", names.stem), manifest.to_json().into_bytes()),
+    ];
+    Ok(Bundle { files, manifest, choice: heights.choice })
+}
+
+/// The displacement map and what it was made from.
+struct Heights {
+    /// #V, model units.
+    heights: Vec<f64>,
+    encoding: Encoding,
+    spacing: Spacing,
+    choice: Option<Choice>,
+    coverage: Coverage,
+    /// The image file.
+    image: Vec<u8>,
+}
+
+impl Heights {
+    fn bake(
+        model: &Model,
+        atlas: &Atlas,
+        normals: &[Vec3],
+        settings: &Settings,
+        progress: &dyn Progress,
+    ) -> Result<Self, BakeError> {
+        let surface = model.surface();
+        let deltas = settings.method.deltas(surface, progress)?;
+        let heights = normals::heights(&deltas, normals);
+        drop(deltas);
+        let (low, high) = heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
+        let encoding = Encoding::covering(low, high, settings.bits);
+        if !(encoding.bias.is_finite() && encoding.scale.is_finite()) {
+            return Err(BakeError::NotFinite);
+        }
+        progress.stage("spacing");
+        let spacing = Spacing::new(atlas);
+        let choice = settings.side.is_none().then(|| spacing.choose());
+        let side = settings.side.or(choice.map(|choice| choice.side)).unwrap_or_default();
+        let coverage = Coverage::new(surface, atlas, Size::square(side), progress)?;
+        let map = texture::bake(surface, atlas, &heights, &coverage, settings.interpolation, progress)?;
+        progress.stage("encoding");
+        let image = Displacement::encode(&map, encoding).to_bytes()?;
+        Ok(Self { heights, encoding, spacing, choice, coverage, image })
+    }
+}
+
+/// Normals of the `v` lines. Where there is none the height is zero, and any direction does; a client would make NaN
+/// of a zero vector.
+fn carrier_normals(model: &Model, normals: &[Vec3]) -> Vec<Vec3> {
+    let mut normals = model.weld().spread(normals);
+    for n in normals.iter_mut().filter(|n| **n == Vec3::ZERO) {
+        *n = Vec3::Z;
+    }
+    normals
+}
+
+fn dominant_uv(model: &Model, atlas: &Atlas) -> DominantUv {
+    let several = |v: Index| atlas.wedges().get(v).len() > 1;
+    let pair = |(line, &v): (Index, &Index)| {
+        let uv = atlas.dominant(v).filter(|_| several(v))?;
+        Some([line + 1, uv + 1])
+    };
+    let seam_vertices = (0..).zip(model.weld().vertex_of()).filter_map(pair).collect();
+    DominantUv { rule: Atlas::DOMINANT_RULE.to_owned(), seam_vertices }
+}

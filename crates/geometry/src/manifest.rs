@@ -1,0 +1,305 @@
+//! The JSON that says what a displacement map is and how to use it.
+//!
+//! Names are relative to the manifest's folder. Lengths are in model units. Every field below is written; unknown
+//! fields are passed over when reading, so that later versions may add some.
+
+use crate::denoise::Denoiser;
+use crate::displacement::{Bits, Encoding};
+use crate::model::NormalSource;
+use crate::ragged::Index;
+use crate::texture::normal_map::Convention;
+use crate::texture::{Interpolation, Size};
+use crate::weld::Welding;
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// Version of the format that this crate reads and writes.
+pub const VERSION: u64 = 1;
+
+/// Largest side of a map, texels.
+pub const LARGEST_SIDE: u32 = 16384;
+
+/// All about a baked map.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// Version of the format: 1.
+    pub planish: u64,
+    /// The mesh that was baked.
+    pub source: Source,
+    /// How it was denoised: the method's `name` and all its settings, defaults included.
+    pub method: Denoiser,
+    /// Which `v` lines count as one vertex.
+    pub welding: Welding,
+    /// Where the normals that the map displaces along come from.
+    pub normals: NormalSource,
+    /// The map.
+    pub displacement: MapEntry,
+    /// Where vertices sample that have several texture coordinates.
+    pub dominant_uv: DominantUv,
+    /// The normal map of the denoised surface.
+    pub normal_map: NormalMapEntry,
+    /// The mesh that carries the map.
+    pub carrier: Carrier,
+    /// How exact the map is.
+    pub report: Report,
+    /// Settings for programs that add displacements, signs folded in.
+    pub clients: Clients,
+}
+
+/// The mesh that was baked.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Source {
+    /// Its name.
+    pub file: String,
+    /// SHA-256 of its bytes, hexadecimal.
+    pub sha256: String,
+    /// `v` lines.
+    pub vertices: usize,
+    /// `f` statements.
+    pub faces: usize,
+}
+
+/// Where the texels of a vertex are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum Layout {
+    /// At its texture coordinates.
+    #[default]
+    Uv,
+}
+
+/// The displacement map: p' = p − λ · (bias + scale · texel) · n.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MapEntry {
+    /// The image.
+    pub file: String,
+    /// Where the texels of a vertex are.
+    pub layout: Layout,
+    /// How texels between vertices were filled.
+    pub interpolation: Interpolation,
+    /// Texels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Of a texel: 8 or 16 (PNG), 32 (EXR).
+    pub bits: Bits,
+    /// Height at texel 0; exact in single precision.
+    pub bias: f64,
+    /// Height at texel 1 minus bias; exact in single precision.
+    pub scale: f64,
+    /// λ that was asked for; 1 is denoised, 0 is the source.
+    pub lambda: f64,
+    /// Subtract this from positions before going to single precision; zero for meshes near the origin.
+    pub origin: DVec3,
+}
+
+impl MapEntry {
+    /// Of the image.
+    pub fn size(&self) -> Size {
+        Size { width: self.width, height: self.height }
+    }
+    /// Bits, bias and scale.
+    pub fn encoding(&self) -> Encoding {
+        Encoding { bits: self.bits, bias: self.bias as f32, scale: self.scale as f32 }
+    }
+}
+
+/// All wedges of a vertex sample at one of its texture coordinates, so that they all land on the same place.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DominantUv {
+    /// How it was chosen: criteria in falling order of rank.
+    pub rule: String,
+    /// `[v, vt]`, both counted from 1 as OBJ does: `v` samples at `vt`. Ascending; vertices that are not listed have
+    /// one texture coordinate only.
+    pub seam_vertices: Vec<[Index; 2]>,
+}
+
+impl DominantUv {
+    /// The same pairs counted from 0.
+    pub fn pairs(&self) -> Vec<[Index; 2]> {
+        self.seam_vertices.iter().map(|pair| pair.map(|i| i - 1)).collect()
+    }
+}
+
+/// The normal map.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct NormalMapEntry {
+    /// The image, 8-bit RGB, as large as the displacement map.
+    pub file: String,
+    /// Which way green points.
+    pub convention: Convention,
+}
+
+/// The mesh that carries the map: the source with one normal for each vertex, along which the map displaces.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Carrier {
+    /// The mesh.
+    pub obj: String,
+    /// Its materials, with `disp` and `norm`.
+    pub mtl: String,
+    /// SHA-256 of the mesh's bytes, hexadecimal.
+    pub sha256: String,
+}
+
+/// What the written files do, decoded again and applied at λ = 1 in single precision, against p − h·n in double.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// Largest distance of a vertex from where it should be.
+    pub max_error: f64,
+    /// 99th percentile.
+    pub p99_error: f64,
+    /// Mean.
+    pub mean_error: f64,
+    /// No vertex is farther off, whatever the rounding of who checks: `max_error` and one unit in the last place of
+    /// the largest coordinate.
+    pub error_bound: f64,
+    /// Step between two heights.
+    pub quantum: f64,
+    /// `max_error` in quanta; none for a flat map.
+    pub max_error_quanta: Option<f64>,
+    /// `p99_error` in quanta.
+    pub p99_error_quanta: Option<f64>,
+    /// `mean_error` in quanta.
+    pub mean_error_quanta: Option<f64>,
+    /// Largest distance between two wedges of one vertex after displacement.
+    pub seam_gap: f64,
+    /// Share of the texels inside charts, 0..=1.
+    pub coverage: f64,
+    /// Vertices that the layout cannot resolve: they sample less than two texels from another one.
+    pub unresolved_vertices: usize,
+    /// Smallest distance between the places where two vertices sample, texels.
+    pub smallest_distance: Option<f64>,
+    /// Vertices that sample outside [0, 1]².
+    pub out_of_range_vertices: usize,
+    /// Texels that lie in more than one triangle, counted once for each triangle too many.
+    pub overlapping_texels: usize,
+    /// Vertices of faces without texture coordinates; they are not displaced.
+    pub unmapped_vertices: usize,
+    /// Vertices of faces whose normals cancel; they are not displaced.
+    pub vertices_without_normal: usize,
+}
+
+/// Settings for programs that add: p + n · (…).
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Clients {
+    /// three.js `MeshStandardMaterial`.
+    pub threejs: ThreeJs,
+    /// Blender's Displace modifier, direction Normal, image as Non-Color.
+    pub blender: Blender,
+    /// `disp -mm base gain FILE`.
+    pub mtl: Mtl,
+}
+
+/// texel · displacementScale + displacementBias
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct ThreeJs {
+    /// −λ · scale
+    pub displacement_scale: f64,
+    /// −λ · bias
+    pub displacement_bias: f64,
+}
+
+/// strength · (texel − mid_level)
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Blender {
+    /// −λ · scale
+    pub strength: f64,
+    /// −bias / scale; 0 for a flat map.
+    pub mid_level: f64,
+}
+
+/// base + gain · texel
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Mtl {
+    /// −λ · bias
+    pub base: f64,
+    /// −λ · scale
+    pub gain: f64,
+}
+
+impl Clients {
+    /// Folds λ and the signs into bias and scale.
+    pub fn new(encoding: Encoding, lambda: f64) -> Self {
+        let (bias, scale) = (f64::from(encoding.bias), f64::from(encoding.scale));
+        // Adding zero turns −0 into 0, which reads better.
+        let (base, gain) = (-lambda * bias + 0.0, -lambda * scale + 0.0);
+        let mid_level = if scale > 0.0 { -bias / scale + 0.0 } else { 0.0 };
+        Self {
+            threejs: ThreeJs { displacement_scale: gain, displacement_bias: base },
+            blender: Blender { strength: gain, mid_level },
+            mtl: Mtl { base, gain },
+        }
+    }
+}
+
+/// Why bytes are not a manifest.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ManifestError {
+    /// Not JSON, or fields are missing or of the wrong type; the words name line and column.
+    #[error("not a planish manifest: {0}")]
+    Json(String),
+    /// Another version of the format.
+    #[error("the manifest has version {0}, but this planish reads version {VERSION}")]
+    Version(String),
+    /// A value that makes no sense.
+    #[error("field `{field}`: {problem}")]
+    Value {
+        /// Path of the field.
+        field: &'static str,
+        /// What is wrong.
+        problem: String,
+    },
+}
+
+impl Manifest {
+    /// Reads and checks a manifest.
+    pub fn from_json(bytes: &[u8]) -> Result<Self, ManifestError> {
+        let json = |e: serde_json::Error| ManifestError::Json(e.to_string());
+        let value: serde_json::Value = serde_json::from_slice(bytes).map_err(json)?;
+        match value.get("planish") {
+            None => return Err(ManifestError::Json("there is no field `planish` with the version".to_owned())),
+            Some(version) if version.as_u64() != Some(VERSION) => {
+                return Err(ManifestError::Version(version.to_string()));
+            }
+            Some(_) => {}
+        }
+        let manifest: Self = serde_json::from_slice(bytes).map_err(json)?;
+        manifest.check()?;
+        Ok(manifest)
+    }
+
+    fn check(&self) -> Result<(), ManifestError> {
+        let ensure = |fine: bool, field, problem: String| {
+            if fine { Ok(()) } else { Err(ManifestError::Value { field, problem }) }
+        };
+        let map = &self.displacement;
+        for (side, field) in [(map.width, "displacement.width"), (map.height, "displacement.height")] {
+            ensure((1..=LARGEST_SIDE).contains(&side), field, format!("{side} is not in 1..={LARGEST_SIDE}"))?;
+        }
+        let single = |x: f64| x.is_finite() && (x as f32).is_finite();
+        ensure(single(map.bias), "displacement.bias", format!("{} is too large", map.bias))?;
+        ensure(single(map.scale) && map.scale >= 0.0, "displacement.scale", format!("{} is not a scale", map.scale))?;
+        let counted_from_one = self.dominant_uv.seam_vertices.iter().flatten().all(|&i| i > 0);
+        ensure(counted_from_one, "dominant_uv.seam_vertices", "index 0: they count from 1".to_owned())?;
+        let in_mesh = |pair: &[Index; 2]| pair[0] as usize <= self.source.vertices;
+        let stray = self.dominant_uv.seam_vertices.iter().find(|pair| !in_mesh(pair));
+        ensure(stray.is_none(), "dominant_uv.seam_vertices", format!("{stray:?} names no vertex"))
+    }
+
+    /// The JSON text: indented, but the pairs of indices on one line.
+    pub fn to_json(&self) -> String {
+        // Strings, numbers and lists cannot fail to become JSON.
+        let mut value = serde_json::to_value(self).unwrap_or_default();
+        let pairs = std::mem::take(&mut value["dominant_uv"]["seam_vertices"]);
+        let text = serde_json::to_string_pretty(&value).unwrap_or_default();
+        text.replace("\"seam_vertices\": null", &format!("\"seam_vertices\": {pairs}")) + "\n"
+    }
+}
+
+/// SHA-256, hexadecimal.
+pub fn sha256(bytes: &[u8]) -> String {
+    use sha2::Digest as _;
+    sha2::Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,161 @@
+//! A camera that turns about the middle of the model.
+
+use crate::scene::Sphere;
+use glam::camera::rh::proj::directx;
+use glam::{Mat3, Mat4, Vec3, Vec4};
+use serde::{Deserialize, Serialize};
+
+/// Where the picture is taken from.
+///
+/// At yaw 0 and pitch 0 the eye looks at the front of the model: from +z if y is up, from −y if z is up.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Camera {
+    /// To the model's left (our right) about the up axis, degrees.
+    pub yaw: f32,
+    /// Above the horizon, degrees.
+    pub pitch: f32,
+    /// Distance of the eye; at 1 the bounding sphere just fits the picture.
+    pub distance: f32,
+    /// How the view is flattened.
+    pub projection: Projection,
+    /// Which axis of the model points up.
+    pub up: UpAxis,
+}
+
+impl Default for Camera {
+    fn default() -> Self {
+        Self { yaw: 30.0, pitch: 15.0, distance: 1.0, projection: Projection::default(), up: UpAxis::Y }
+    }
+}
+
+/// How the view is flattened.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Projection {
+    /// With a vanishing point.
+    Perspective {
+        /// Opening angle across the shorter side of the picture, degrees.
+        field_of_view: f32,
+    },
+    /// Parallel rays: lengths can be read off.
+    Orthographic,
+}
+
+impl Default for Projection {
+    fn default() -> Self {
+        Self::Perspective { field_of_view: 28.0 }
+    }
+}
+
+/// An axis that points up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum UpAxis {
+    /// As in most OBJ files.
+    #[default]
+    Y,
+    /// As in CAD and most scanners.
+    Z,
+}
+
+/// A camera in front of a model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Clip space (depth 0..1, near to far) from world space.
+    pub clip_from_world: Mat4,
+    /// Columns: right, up and back (towards the eye), in world space.
+    pub world_from_view: Mat3,
+    /// The eye, homogeneous: a point in perspective, a direction (w = 0) if rays are parallel.
+    pub eye_in_world: Vec4,
+    /// The model's up axis, in world space.
+    pub up_in_world: Vec3,
+}
+
+impl Camera {
+    /// This camera before a model with these bounds. `aspect` = width / height.
+    pub fn view(&self, bounds: Sphere, aspect: f32) -> View {
+        let (up, front) = match self.up {
+            UpAxis::Y => (Vec3::Y, Vec3::Z),
+            UpAxis::Z => (Vec3::Z, Vec3::NEG_Y),
+        };
+        let world_from_view = Mat3::from_cols(up.cross(front), up, front)
+            * Mat3::from_rotation_y(self.yaw.to_radians())
+            * Mat3::from_rotation_x(-self.pitch.to_radians());
+        let back = world_from_view.z_axis;
+
+        // A model that is a single point still has a picture.
+        let radius = bounds.radius.max(f32::MIN_POSITIVE.sqrt());
+        let distance = match self.projection {
+            Projection::Perspective { field_of_view } => {
+                self.distance * radius / (0.5 * field_of_view.to_radians()).sin()
+            }
+            // Anywhere outside does.
+            Projection::Orthographic => 2.0 * radius,
+        };
+        let eye = bounds.centre + distance * back;
+        // A little room, so that rounding does not cut the nearest vertex off.
+        let reach = 1.01 * radius;
+        let (near, far) = ((distance - reach).max(1e-3 * radius), distance + reach);
+        let (clip_from_view, eye_in_world) = match self.projection {
+            Projection::Perspective { field_of_view } => {
+                let half = (0.5 * field_of_view.to_radians()).tan();
+                let vertical = 2.0 * (half / aspect.min(1.0)).atan();
+                (directx::perspective(vertical, aspect, near, far), eye.extend(1.0))
+            }
+            Projection::Orthographic => {
+                let y = self.distance * radius / aspect.min(1.0);
+                let x = y * aspect;
+                (directx::orthographic(-x, x, -y, y, near, far), back.extend(0.0))
+            }
+        };
+        let view_from_world = world_from_view.transpose();
+        View {
+            clip_from_world: clip_from_view * Mat4::from_mat3_translation(view_from_world, view_from_world * -eye),
+            world_from_view,
+            eye_in_world,
+            up_in_world: up,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BOUNDS: Sphere = Sphere { centre: Vec3::new(1.0, -2.0, 3.0), radius: 0.5 };
+    const PROJECTIONS: [Projection; 2] = [Projection::Perspective { field_of_view: 40.0 }, Projection::Orthographic];
+
+    #[test]
+    fn bounding_sphere_fits_the_shorter_side_exactly() {
+        for (projection, aspect) in PROJECTIONS.into_iter().flat_map(|p| [0.5, 1.0, 2.0].map(|a| (p, a))) {
+            let camera = Camera { projection, ..Camera::default() };
+            let View { clip_from_world, world_from_view, .. } = camera.view(BOUNDS, aspect);
+            // The points of the sphere furthest up and right in the picture lie on the cone of tangents.
+            let tilt = match projection {
+                Projection::Perspective { field_of_view } => 0.5 * field_of_view.to_radians(),
+                Projection::Orthographic => 0.0,
+            };
+            let extreme = |side: Vec3| {
+                let out = tilt.cos() * side + tilt.sin() * Vec3::Z;
+                clip_from_world.project_point3(BOUNDS.centre + BOUNDS.radius * (world_from_view * out))
+            };
+            let (x, y) = (extreme(Vec3::X).x, extreme(Vec3::Y).y);
+            assert!((x.max(y) - 1.0).abs() < 1e-4, "{projection:?} {aspect}: {x} {y}");
+            assert!((y / x - aspect).abs() < 1e-3, "{projection:?} {aspect}: {x} {y}");
+        }
+    }
+
+    #[test]
+    fn yaw_shows_the_side_and_pitch_the_top() {
+        for (up, front, top) in [(UpAxis::Y, Vec3::Z, Vec3::Y), (UpAxis::Z, Vec3::NEG_Y, Vec3::Z)] {
+            let back = |yaw, pitch| {
+                let camera = Camera { yaw, pitch, up, projection: Projection::Orthographic, ..Camera::default() };
+                camera.view(BOUNDS, 1.0).eye_in_world.truncate()
+            };
+            for (found, expected) in [(back(0.0, 0.0), front), (back(90.0, 0.0), Vec3::X), (back(0.0, 90.0), top)] {
+                assert!(found.distance(expected) < 1e-6, "{up:?}: {found} {expected}");
+            }
+        }
+    }
+}

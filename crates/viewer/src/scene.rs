@@ -1,0 +1,139 @@
+//! What is drawn: one triangle mesh, ready for f32.
+
+use crate::texture::Texture;
+use glam::{Vec2, Vec3};
+use thiserror::Error;
+
+/// One triangle: for each corner, where to find its values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Triangle {
+    /// Into [`Mesh::positions`] and [`Mesh::scalars`].
+    pub positions: [u32; 3],
+    /// Into [`Mesh::normals`].
+    pub normals: [u32; 3],
+    /// Into [`Mesh::uvs`]; none where the file has no texture coordinates.
+    pub uvs: Option<[u32; 3]>,
+}
+
+/// Plain arrays. Counter-clockwise triangles face outwards.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// #V, near the origin so that f32 is fine enough.
+    pub positions: Vec<Vec3>,
+    /// Unit vectors.
+    pub normals: Vec<Vec3>,
+    /// Texture coordinates, v up.
+    pub uvs: Vec<Vec2>,
+    /// The faces.
+    pub triangles: Vec<Triangle>,
+    /// A number for each position, for heat maps.
+    pub scalars: Option<Vec<f32>>,
+}
+
+/// A ball.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sphere {
+    /// Its middle.
+    pub centre: Vec3,
+    /// Its radius.
+    pub radius: f32,
+}
+
+/// A mesh whose indices are all in range, and what belongs to it.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    mesh: Mesh,
+    bounds: Sphere,
+    /// Base colour, for triangles that have texture coordinates.
+    pub texture: Option<Texture>,
+}
+
+/// Why arrays are not a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum SceneError {
+    /// A corner names a position, normal or texture coordinate that is not there.
+    #[error("triangle {triangle} has a corner out of range")]
+    CornerOutOfRange {
+        /// Zero-based.
+        triangle: usize,
+    },
+    /// There must be one number per position.
+    #[error("{found} numbers for {expected} vertices")]
+    ScalarCount {
+        /// Numbers.
+        found: usize,
+        /// Positions.
+        expected: usize,
+    },
+}
+
+impl Scene {
+    /// Checks the mesh.
+    pub fn new(mesh: Mesh) -> Result<Self, SceneError> {
+        let inside = |corners: [u32; 3], len: usize| corners.iter().all(|&i| (i as usize) < len);
+        let valid = |t: &Triangle| {
+            inside(t.positions, mesh.positions.len())
+                && inside(t.normals, mesh.normals.len())
+                && t.uvs.is_none_or(|uvs| inside(uvs, mesh.uvs.len()))
+        };
+        if let Some(triangle) = mesh.triangles.iter().position(|t| !valid(t)) {
+            return Err(SceneError::CornerOutOfRange { triangle });
+        }
+        let expected = mesh.positions.len();
+        match &mesh.scalars {
+            Some(scalars) if scalars.len() != expected => {
+                Err(SceneError::ScalarCount { found: scalars.len(), expected })
+            }
+            _ => Ok(Self { bounds: bounds(&mesh), mesh, texture: None }),
+        }
+    }
+
+    /// The arrays.
+    pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// A sphere about all triangles (about the middle of their box; not the smallest one).
+    pub fn bounds(&self) -> Sphere {
+        self.bounds
+    }
+}
+
+/// Vertices without a face are not drawn and do not count.
+fn bounds(mesh: &Mesh) -> Sphere {
+    let drawn = || mesh.triangles.iter().flat_map(|t| t.positions).map(|i| mesh.positions[i as usize]);
+    let Some(first) = drawn().next() else { return Sphere::default() };
+    let (low, high) = drawn().fold((first, first), |(low, high), p| (low.min(p), high.max(p)));
+    let centre = 0.5 * (low + high);
+    let radius = drawn().map(|p| p.distance(centre)).fold(0.0, f32::max);
+    Sphere { centre, radius }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn triangle() -> Mesh {
+        Mesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::splat(1e6)],
+            normals: vec![Vec3::Z],
+            triangles: vec![Triangle { positions: [0, 1, 2], normals: [0; 3], uvs: None }],
+            ..Mesh::default()
+        }
+    }
+
+    #[test]
+    fn isolated_vertices_do_not_move_the_camera() {
+        let bounds = Scene::new(triangle()).unwrap().bounds();
+        assert_eq!(bounds, Sphere { centre: Vec3::new(0.5, 0.5, 0.0), radius: 0.5f32.sqrt() });
+    }
+
+    #[test]
+    fn bad_corners_and_counts_are_refused() {
+        let mut mesh = triangle();
+        mesh.triangles[0].uvs = Some([0; 3]);
+        assert_eq!(Scene::new(mesh).unwrap_err(), SceneError::CornerOutOfRange { triangle: 0 });
+        let mesh = Mesh { scalars: Some(vec![0.0; 3]), ..triangle() };
+        assert_eq!(Scene::new(mesh).unwrap_err(), SceneError::ScalarCount { found: 3, expected: 4 });
+    }
+}

@@ -1,0 +1,89 @@
+//! Drives the real binary.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+/// A folder with a triangle in it.
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        let folder = Self(tempfile::tempdir().unwrap());
+        fs::write(folder.path("in.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+        folder
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn run(&self, line: &str) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_planish-viewer"));
+        command.current_dir(&self.0).args(line.split_whitespace()).output().unwrap()
+    }
+
+    /// Expects this exit status and a single line on standard error that has `word` in it.
+    #[track_caller]
+    fn fails(&self, line: &str, status: i32, word: &str) {
+        let output = self.run(line);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(status), "{line}: {message}");
+        assert!(message.lines().count() == 1 && message.contains(word), "{line}: {message}");
+        assert!(!self.path("out.png").exists(), "{line}");
+    }
+
+    #[track_caller]
+    fn draws(&self, line: &str) -> image::RgbaImage {
+        let output = self.run(line);
+        assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+        assert!(output.stdout.is_empty() && output.stderr.is_empty(), "{line}");
+        image::open(self.path("out.png")).unwrap().into_rgba8()
+    }
+}
+
+#[test]
+fn saved_settings_draw_the_same_picture() {
+    let folder = Folder::new();
+    let first = folder
+        .draws("in.obj --headless out.png --size 40x30 --shading flat --yaw -20 --pitch 5 --save-settings s.json");
+    assert_eq!(first.dimensions(), (40, 30));
+    fs::remove_file(folder.path("out.png")).unwrap();
+    assert_eq!(folder.draws("in.obj --headless out.png --settings s.json"), first);
+    let mut names: Vec<_> = fs::read_dir(&folder.0).unwrap().map(|f| f.unwrap().file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["in.obj", "out.png", "s.json"], "nothing else is left behind");
+}
+
+#[test]
+fn numbers_become_a_heat_map() {
+    let folder = Folder::new();
+    fs::write(folder.path("h.txt"), "-1\n0\n1e-3\n").unwrap();
+    folder.draws("in.obj --headless out.png --size 40x30 --shading heat --scalars h.txt");
+}
+
+#[test]
+fn bad_input_and_usage_exit_with_2_and_name_the_file() {
+    let folder = Folder::new();
+    fs::write(folder.path("bad.obj"), "v 0 0 0\nf 1 2 3\n").unwrap();
+    fs::write(folder.path("bad.json"), r#"{ "supersampling": 0 }"#).unwrap();
+    fs::write(folder.path("bad.txt"), "1 2 three").unwrap();
+    fs::write(folder.path("short.txt"), "1 2").unwrap();
+    folder.fails("none.obj --headless out.png", 2, "none.obj");
+    folder.fails("bad.obj --headless out.png", 2, "bad.obj: line 2");
+    folder.fails("in.obj --headless out.png --settings bad.json", 2, "bad.json: supersampling");
+    folder.fails("in.obj --headless out.png --size 0x30", 2, "size.width");
+    folder.fails("in.obj --headless out.png --shading heat", 2, "--scalars");
+    folder.fails("in.obj --headless out.png --shading heat --scalars bad.txt", 2, "bad.txt: `three`");
+    folder.fails("in.obj --headless out.png --shading heat --scalars short.txt", 2, "short.txt: 2 numbers");
+    folder.fails("in.obj --headless out.png --texture in.obj", 2, "in.obj");
+}
+
+#[test]
+fn what_cannot_be_done_exits_with_1() {
+    let folder = Folder::new();
+    folder.fails("in.obj", 1, "--headless");
+    folder.fails("in.obj --headless none/out.png", 1, "none/out.png");
+}
