@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use planish_geometry::denoise::{Boundary, Denoiser, EdgeWeights, Laplacian};
+use planish_geometry::laplacian;
 use planish_geometry::model::Model;
 use planish_geometry::normals::{self, FaceWeight};
 use planish_geometry::obj::{Obj, ObjError};
@@ -9,11 +10,10 @@ use planish_geometry::progress::Silent;
 use planish_geometry::ragged::Index;
 use planish_geometry::topology::EdgeKind;
 use planish_geometry::weld::Welding;
-use planish_geometry::laplacian;
 use serde_json::{Value, json};
 
 fn vectors(of: &[DVec3]) -> Value {
-    json!(of.iter().map(|x| x.to_array()).collect::<Vec<_>>())
+    json!(of.iter().map(glam::DVec3::to_array).collect::<Vec<_>>())
 }
 
 /// Everything about a triangle mesh; indices count from 0.

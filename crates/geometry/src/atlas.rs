@@ -77,29 +77,37 @@ impl Atlas {
         let topology = surface.topology();
         let faces = (0..topology.faces().len() as Index).into_par_iter();
         let areas: Vec<f64> = faces.map(|f| self.face_area(surface, f).map_or(0.0, f64::abs)).collect();
-        let vertices = (0..topology.vertex_count() as Index).into_par_iter();
-        let found: Vec<(Vec<Index>, Index)> = vertices
-            .map(|v| {
-                let named = topology.corners(v).iter().map(|&c| (self.corner_uvs[c as usize], c));
-                let mut named: Vec<_> = named.filter(|(uv, _)| *uv != Self::ABSENT).collect();
-                named.sort_unstable();
-                let mut wedges = Vec::new();
-                let mut best = (false, f64::NEG_INFINITY, Self::ABSENT);
-                for same in named.chunk_by(|a, b| a.0 == b.0) {
-                    let uv = same[0].0;
-                    let area = same.iter().map(|&(_, c)| areas[topology.face(c) as usize]).sum();
-                    let rank = (in_unit_square(self.uvs[uv as usize]), area);
-                    // Strictly better: of equals the lower index, which comes first, stays.
-                    if wedges.is_empty() || rank.0 & !best.0 || (rank.0 == best.0 && rank.1 > best.1) {
-                        best = (rank.0, rank.1, uv);
-                    }
-                    wedges.push(uv);
+        let wedges_of = |v: Index, named: &mut Vec<(Index, Index)>, wedges: &mut Ragged<Index>| {
+            let corners = topology.corners(v).iter().map(|&c| (self.corner_uvs[c as usize], c));
+            named.clear();
+            named.extend(corners.filter(|(uv, _)| *uv != Self::ABSENT));
+            named.sort_unstable();
+            let mut best = (false, f64::NEG_INFINITY, Self::ABSENT);
+            for same in named.chunk_by(|a, b| a.0 == b.0) {
+                let uv = same[0].0;
+                let area: f64 = same.iter().map(|&(_, c)| areas[topology.face(c) as usize]).sum();
+                let inside = in_unit_square(self.uvs[uv as usize]);
+                // Strictly better: of equals the lower index, which comes first, stays.
+                if (inside && !best.0) || (inside == best.0 && area > best.1) {
+                    best = (inside, area, uv);
                 }
-                (wedges, best.2)
-            })
-            .collect();
-        self.dominant = found.iter().map(|(_, dominant)| *dominant).collect();
-        self.wedges = found.into_iter().map(|(wedges, _)| wedges).collect();
+                wedges.extend_open(uv);
+            }
+            wedges.close();
+            best.2
+        };
+        let vertices: Vec<Index> = (0..topology.vertex_count() as Index).collect();
+        let chunks = vertices.par_chunks(8192).map(|chunk| {
+            let (mut named, mut wedges) = (Vec::new(), Ragged::default());
+            let dominant: Vec<Index> = chunk.iter().map(|&v| wedges_of(v, &mut named, &mut wedges)).collect();
+            (wedges, dominant)
+        });
+        let (mut all, mut dominant) = (Ragged::default(), Vec::with_capacity(vertices.len()));
+        for (wedges, of_chunk) in chunks.collect::<Vec<_>>() {
+            all.append(&wedges);
+            dominant.extend(of_chunk);
+        }
+        (self.wedges, self.dominant) = (all, dominant);
     }
 
     /// Name of the rule behind [`Self::dominant`], as manifests have it.

@@ -17,6 +17,7 @@ use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
 use crate::texture::normal_map::{self, Convention};
 use crate::texture::resolution::{Choice, Spacing};
+use crate::texture::tangents;
 use crate::texture::{self, Coverage, Interpolation, Size};
 use crate::weld::Welding;
 use glam::{DVec3, Vec3};
@@ -130,16 +131,9 @@ pub fn bake(
     let surface = model.surface();
     let atlas = model.atlas()?;
     let normals = displacement_normals(model, settings.normals)?;
-    // The one stage that cannot be spread over threads runs beside the others.
-    let (tangents, heights) = rayon::join(
-        || normal_map::tangents(surface, &atlas, &normals),
-        || {
-            let heights = Heights::bake(model, &atlas, &normals, settings, progress);
-            progress.stage("tangent frames");
-            heights
-        },
-    );
-    let heights = heights?;
+    let heights = Heights::bake(model, &atlas, &normals, settings, progress)?;
+    progress.stage("tangent frames");
+    let tangents = tangents::tangents(surface, &atlas, &normals);
     progress.check()?;
     let along = |strength: f64| {
         let places = surface.positions().iter().zip(heights.heights.iter().zip(&normals));
@@ -160,7 +154,7 @@ pub fn bake(
     let library_file = format!("{}.mtl", names.carrier);
     let statements =
         MapStatements { displacement: &map_file, base: clients.mtl.base, gain: clients.mtl.gain, normal: &normal_file };
-    let library = materials::carrier_library(libraries, &statements, relocate);
+    let library = materials::carrier_library(model.obj(), libraries, &statements, relocate);
     let welded: Vec<DVec3> = model.weld().spread(surface.positions());
     let carrier = model.obj().carrier(&welded, &carrier_normals(model, &normals), &library_file);
     drop(welded);

@@ -19,6 +19,9 @@ pub const VERSION: u64 = 1;
 /// Largest side of a map, texels.
 pub const LARGEST_SIDE: u32 = 16384;
 
+/// Largest strength either way; anything near it is a mistake, and beyond single precision would overflow.
+const LARGEST_LAMBDA: f64 = 1e6;
+
 /// All about a baked map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
@@ -281,6 +284,10 @@ impl Manifest {
         let single = |x: f64| x.is_finite() && (x as f32).is_finite();
         ensure(single(map.bias), "displacement.bias", format!("{} is too large", map.bias))?;
         ensure(single(map.scale) && map.scale >= 0.0, "displacement.scale", format!("{} is not a scale", map.scale))?;
+        let strength = map.lambda.abs() <= LARGEST_LAMBDA;
+        ensure(strength, "displacement.lambda", format!("{} is not a strength", map.lambda))?;
+        let near = map.origin.to_array().into_iter().all(single);
+        ensure(near, "displacement.origin", format!("{} is too large", map.origin))?;
         let counted_from_one = self.dominant_uv.seam_vertices.iter().flatten().all(|&i| i > 0);
         ensure(counted_from_one, "dominant_uv.seam_vertices", "index 0: they count from 1".to_owned())?;
         let in_mesh = |pair: &[Index; 2]| pair[0] as usize <= self.source.vertices;

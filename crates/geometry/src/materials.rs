@@ -102,9 +102,14 @@ pub struct MapStatements<'a> {
 
 /// A carrier's material library: the user's libraries one after the other, each material with `disp -mm` and `norm`,
 /// its former `disp`, `norm` and `bump` statements left out, and the names of texture files passed through
-/// `relocate`, because the carrier may lie in another folder. Last comes [`Obj::CARRIER_MATERIAL`] for faces that
-/// have none.
-pub fn carrier_library(libraries: &[Vec<u8>], maps: &MapStatements, relocate: impl Fn(&str) -> String) -> Vec<u8> {
+/// `relocate`, because the carrier may lie in another folder. Last comes [`Obj::CARRIER_MATERIAL`] where some faces
+/// have none of their own.
+pub fn carrier_library(
+    obj: &Obj,
+    libraries: &[Vec<u8>],
+    maps: &MapStatements,
+    relocate: impl Fn(&str) -> String,
+) -> Vec<u8> {
     let MapStatements { displacement, base, gain, normal } = maps;
     let added = format!("disp -mm {base:?} {gain:?} {displacement}\nnorm {normal}\n");
     let mut out = Vec::new();
@@ -134,6 +139,9 @@ pub fn carrier_library(libraries: &[Vec<u8>], maps: &MapStatements, relocate: im
             }
         }
     }
+    if obj.extras().faces_without_material == 0 {
+        return out;
+    }
     let grey = "Kd 0.8 0.8 0.8\nKs 0.1 0.1 0.1\nNs 20\nillum 2\n";
     out.extend_from_slice(format!("newmtl {}\n{added}{grey}", Obj::CARRIER_MATERIAL).as_bytes());
     out
@@ -157,7 +165,8 @@ mod tests {
     fn a_carrier_keeps_the_materials_and_adds_the_maps() {
         let library = b"# scan\r\nnewmtl skin\r\nKd 1 1 1\r\nmap_Kd -bm 1 old dir/t.png\r\nbump old.png\r\n".to_vec();
         let maps = MapStatements { displacement: "a.png", base: 0.5, gain: -1.0, normal: "n.png" };
-        let out = carrier_library(&[library], &maps, |name| format!("../{name}"));
+        let obj = Obj::parse(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nusemtl skin\nf 3 2 1\n".to_vec()).unwrap();
+        let out = carrier_library(&obj, &[library], &maps, |name| format!("../{name}"));
         let text = String::from_utf8(out).unwrap();
         let first =
             "# scan\nnewmtl skin\ndisp -mm 0.5 -1.0 a.png\nnorm n.png\nKd 1 1 1\nmap_Kd -bm 1 ../old dir/t.png\n";

@@ -59,6 +59,12 @@ impl<T> Ragged<T> {
 }
 
 impl<T: Copy + Default> Ragged<T> {
+    /// Adds the lists of another one.
+    pub(crate) fn append(&mut self, other: &Self) {
+        let shift = self.items.len() as Index;
+        self.items.extend_from_slice(&other.items);
+        self.starts.extend(other.starts[1..].iter().map(|start| start + shift));
+    }
     /// Sorts pairs into `count` lists by their key; within a list the order of the pairs stays.
     pub fn group<I>(count: usize, pairs: I) -> Self
     where

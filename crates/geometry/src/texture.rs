@@ -5,6 +5,7 @@
 
 pub mod normal_map;
 pub mod resolution;
+pub mod tangents;
 
 mod gutter;
 mod raster;

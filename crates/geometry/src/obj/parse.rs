@@ -236,6 +236,7 @@ impl Reader<'_> {
             return Err(ObjErrorKind::TooFewCorners(corners));
         }
         self.face_lines.push(statement.line);
+        self.extras.faces_without_material += usize::from(self.extras.materials.is_empty());
         fits(self.faces.items().len())
     }
 

@@ -1,6 +1,6 @@
 //! The writers.
 
-use super::scan::{Statement, Statements, Tokens};
+use super::scan::{self, Statement, Statements, Tokens};
 use super::{Corner, Obj};
 use crate::ragged::Index;
 use glam::{DVec3, Vec3};
@@ -28,6 +28,15 @@ impl<'a> Patch<'a> {
     fn finish(mut self) -> Vec<u8> {
         self.out.extend_from_slice(&self.source[self.copied..]);
         self.out
+    }
+}
+
+/// What ends the lines of a file. A single line feed among carriage returns would make one line of all the others.
+fn end_of_line(bytes: &[u8]) -> &'static [u8] {
+    match scan::terminator(bytes) {
+        b'\r' => b"\r",
+        _ if memchr::memmem::find(bytes, b"\r\n").is_some() => b"\r\n",
+        _ => b"\n",
     }
 }
 
@@ -98,8 +107,7 @@ impl Obj {
     pub fn carrier(&self, positions: &[DVec3], normals: &[Vec3], material_library: &str) -> Vec<u8> {
         assert_eq!(positions.len(), self.positions.len(), "one position for each `v` line");
         assert_eq!(normals.len(), self.positions.len(), "one normal for each `v` line");
-        let crlf = memchr::memmem::find(&self.bytes, b"\r\n").is_some();
-        let eol: &[u8] = if crlf { b"\r\n" } else { b"\n" };
+        let eol = end_of_line(&self.bytes);
         let mut patch = Patch::new(&self.bytes);
         let (mut v, mut vn, mut corner) = (0, 0, 0);
         let (mut library_named, mut material_named) = (false, false);
@@ -140,7 +148,7 @@ impl Obj {
         }
         let mut out = patch.finish();
         if vn < v {
-            if !out.ends_with(b"\n") {
+            if !out.ends_with(&eol[eol.len() - 1..]) {
                 out.extend_from_slice(eol);
             }
             push_normals(&mut out, &normals[vn..v], eol);

@@ -27,7 +27,7 @@ pub(super) struct Statements<'a> {
 }
 
 /// The byte that ends a line: line feed, or carriage return in files that have no line feed at all.
-fn terminator(bytes: &[u8]) -> u8 {
+pub(super) fn terminator(bytes: &[u8]) -> u8 {
     if memchr(b'\n', bytes).is_none() && memchr(b'\r', bytes).is_some() { b'\r' } else { b'\n' }
 }
 
@@ -83,7 +83,12 @@ impl Iterator for Statements<'_> {
                 continue;
             }
             let length = self.bytes[start..end].iter().position(|&b| is_space(b));
-            let keyword = start..length.map_or(end, |n| start + n);
+            let mut keyword = start..length.map_or(end, |n| start + n);
+            // The backslash of a continuation may touch the keyword.
+            let glued = self.bytes[keyword.clone()].strip_suffix(b"\\");
+            if glued.is_some_and(is_numeric) {
+                keyword.end -= 1;
+            }
             if is_numeric(&self.bytes[keyword.clone()]) {
                 let mut physical_start = line_start;
                 while self.continues(physical_start, end) {
@@ -115,6 +120,10 @@ impl<'a> Tokens<'a> {
     fn continuation(&self, at: usize) -> bool {
         self.bytes[at] == b'\\' && matches!(self.bytes[at + 1..self.end], [] | [b'\n' | b'\r', ..])
     }
+    /// Whether a comment begins within a token; `1.#IND` is how some C libraries spell NaN.
+    fn comment(&self, at: usize) -> bool {
+        self.bytes[at] == b'#' && self.bytes[at - 1] != b'.'
+    }
 }
 
 impl Iterator for Tokens<'_> {
@@ -134,6 +143,7 @@ impl Iterator for Tokens<'_> {
         while self.at < self.end
             && !is_space(self.bytes[self.at])
             && self.bytes[self.at] != b'\n'
+            && !self.comment(self.at)
             && !self.continuation(self.at)
         {
             self.at += 1;

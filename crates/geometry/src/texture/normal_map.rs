@@ -5,13 +5,11 @@
 //! it: frames are interpolated without normalising, the bitangent is made per pixel as sign · n × t, and the map is the
 //! exact inverse of that.
 
+use super::tangents::Tangent;
 use super::{Coverage, gutter, per_texel};
-use crate::atlas::Atlas;
 use crate::normals::{self, FaceWeight};
 use crate::progress::{Cancelled, Progress};
-use crate::ragged::Index;
 use crate::surface::Surface;
-use bevy_mikktspace::{Geometry, TangentSpace};
 use glam::{DMat3, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -33,7 +31,7 @@ pub struct NormalMap {
     pub texels: Vec<[u8; 3]>,
 }
 
-/// Bakes the normals of `denoised` (#V×3, model units) into the [`tangents`] of `surface` (#T×3) with the normals that
+/// Bakes the normals of `denoised` (#V×3, model units) into the [`tangents`](super::tangents::tangents) of `surface` (#T×3) with the normals that
 /// its vertices carry (#V×3, unit).
 pub fn bake(
     surface: &Surface,
@@ -70,70 +68,9 @@ pub fn bake(
     };
     let quantise = |x: f32| (x * 127.5 + 127.5).round() as u8;
     let encode = |n: &Vec3| {
-        let n = if *n == Vec3::ZERO { Vec3::Z } else { *n };
+        // Averages of the gutter are shorter than one; nothing in a chart gives nothing around it.
+        let n = n.normalize_or(Vec3::Z);
         [quantise(n.x), quantise(n.y * green), quantise(n.z)]
     };
     Ok(NormalMap { texels: texels.iter().map(encode).collect() })
-}
-
-/// Tangent at a corner and the side on which the bitangent lies.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Tangent {
-    /// Unit, along increasing u.
-    pub tangent: Vec3,
-    /// 1 or −1: the bitangent is sign · n × t, along increasing v (up).
-    pub sign: f32,
-}
-
-/// MikkTSpace tangents at the corners of each triangle. #T×3
-pub fn tangents(surface: &Surface, atlas: &Atlas, vertex_normals: &[Vec3]) -> Vec<[Tangent; 3]> {
-    let [low, high] = surface.bounds();
-    // Far from the origin single precision would leave nothing of an edge.
-    let centre = (low + high) / 2.0;
-    let mut frames = Frames {
-        surface,
-        atlas,
-        vertex_normals,
-        centre,
-        tangents: vec![[Tangent::default(); 3]; surface.triangle_corners().len()],
-    };
-    // The error type has no values.
-    let _ = bevy_mikktspace::generate_tangents(&mut frames);
-    frames.tangents
-}
-
-struct Frames<'a> {
-    surface: &'a Surface,
-    atlas: &'a Atlas,
-    vertex_normals: &'a [Vec3],
-    centre: DVec3,
-    tangents: Vec<[Tangent; 3]>,
-}
-
-impl Frames<'_> {
-    fn corner(&self, face: usize, k: usize) -> Index {
-        self.surface.triangle_corners()[face][k]
-    }
-}
-
-impl Geometry for Frames<'_> {
-    fn num_faces(&self) -> usize {
-        self.tangents.len()
-    }
-    fn num_vertices_of_face(&self, _: usize) -> usize {
-        3
-    }
-    fn position(&self, face: usize, k: usize) -> [f32; 3] {
-        (self.surface.at_corner(self.corner(face, k)) - self.centre).as_vec3().to_array()
-    }
-    fn normal(&self, face: usize, k: usize) -> [f32; 3] {
-        self.vertex_normals[self.surface.topology().vertex(self.corner(face, k)) as usize].to_array()
-    }
-    fn tex_coord(&self, face: usize, k: usize) -> [f32; 2] {
-        self.atlas.at_corner(self.corner(face, k)).unwrap_or_default().as_vec2().to_array()
-    }
-    fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, k: usize) {
-        let [x, y, z, sign] = space.unwrap_or_default().tangent_encoded();
-        self.tangents[face][k] = Tangent { tangent: Vec3::new(x, y, z), sign };
-    }
 }

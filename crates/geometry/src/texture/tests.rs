@@ -118,7 +118,7 @@ fn a_normal_map_gives_back_the_normals_it_was_made_of() {
     let normals: Vec<Vec3> = vertex_normals(&wavy, FaceWeight::Angle).iter().map(|n| n.as_vec3()).collect();
     let coverage = Coverage::new(&wavy, &atlas, Size::square(32), &Silent).unwrap();
     let flat = surface.positions().to_vec();
-    let tangents = normal_map::tangents(&wavy, &atlas, &normals);
+    let tangents = tangents::tangents(&wavy, &atlas, &normals);
     let bake = |convention| {
         normal_map::bake(&wavy, &normals, &tangents, flat.clone(), &coverage, convention, &Silent).unwrap()
     };
