@@ -1,1 +1,16 @@
-//! stub
+//! Laws that hold across modules, frozen references, and other people's meshes.
+
+#[cfg(test)]
+mod data;
+#[cfg(test)]
+mod oracle;
+#[cfg(test)]
+mod properties;
+#[cfg(test)]
+mod reference;
+#[cfg(test)]
+mod shared;
+#[cfg(test)]
+mod support;
+#[cfg(test)]
+mod threads;

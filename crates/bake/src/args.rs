@@ -5,8 +5,8 @@ use planish_geometry::denoise::{Boundary, Denoiser, EdgeWeights, Laplacian};
 use planish_geometry::displacement::Bits;
 use planish_geometry::manifest::LARGEST_SIDE;
 use planish_geometry::model::NormalSource;
-use planish_geometry::texture::Interpolation;
 use planish_geometry::texture::normal_map::Convention;
+use planish_geometry::texture::{Interpolation, Texels};
 use planish_geometry::weld::Welding;
 use std::path::PathBuf;
 
@@ -16,7 +16,7 @@ use std::path::PathBuf;
 /// A vertex shader takes it off again: p' = p − λ · (bias + scale · texel) · n. The mesh file stays untouched, and λ can
 /// be turned at run time from 0 (noisy) to 1 (denoised) and beyond.
 #[derive(Debug, Parser)]
-#[command(name = "planish", version, arg_required_else_help = true, propagate_version = true)]
+#[command(name = "planish", version, arg_required_else_help = true)]
 #[command(
     after_help = "Exit codes: 0 done, 1 failed, 2 bad input or usage.\n\nStart with: planish info scan.obj, then planish bake scan.obj -o out"
 )]
@@ -84,10 +84,10 @@ pub(crate) struct MethodArgs {
     #[arg(long, value_enum, default_value_t)]
     method: MethodArg,
     /// Number of smoothing steps
-    #[arg(long, value_name = "N", default_value_t = Laplacian::default().iterations, value_parser = clap::value_parser!(u32).range(..=100_000))]
+    #[arg(long, value_name = "N", default_value_t = Laplacian::default().iterations, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(..=100_000))]
     iterations: u32,
     /// Share of the way to the mean of the neighbours that a step goes, 0 to 1
-    #[arg(long, value_name = "S", default_value_t = Laplacian::default().step, value_parser = in_unit_interval)]
+    #[arg(long, value_name = "S", default_value_t = Laplacian::default().step, allow_negative_numbers = true, value_parser = in_unit_interval)]
     step: f64,
     /// Weights of the neighbours
     #[arg(long, value_enum, default_value_t)]
@@ -98,7 +98,7 @@ pub(crate) struct MethodArgs {
     /// Which `v` lines are one vertex: exact (equal coordinates), none, or a distance in model units
     ///
     /// Exporters split vertices at UV seams; without welding the mesh would be cut open there.
-    #[arg(long, value_name = "exact|none|EPS", default_value = "exact", value_parser = welding)]
+    #[arg(long, value_name = "exact|none|EPS", default_value = "exact", allow_negative_numbers = true, value_parser = welding)]
     pub(crate) weld: Welding,
 }
 
@@ -126,17 +126,20 @@ pub(crate) struct BakeArgs {
     #[command(flatten)]
     pub(crate) method: MethodArgs,
     /// Strength λ for the normal map and the client settings: 0 leaves the noise, 1 is denoised
-    #[arg(long, value_name = "L", default_value_t = 1.0, value_parser = finite, help_heading = "Map")]
+    #[arg(long, value_name = "L", default_value_t = 1.0, allow_negative_numbers = true, value_parser = finite, help_heading = "Map")]
     pub(crate) lambda: f64,
     /// Normals to displace along
     #[arg(long, value_enum, default_value_t, help_heading = "Map")]
     pub(crate) normals: NormalsArg,
     /// Texels on a side, or auto: the smallest power of two that resolves the layout
-    #[arg(long, value_name = "auto|N", default_value = "auto", value_parser = side, help_heading = "Map")]
+    #[arg(long, value_name = "auto|N", default_value = "auto", allow_negative_numbers = true, value_parser = side, help_heading = "Map")]
     pub(crate) size: SideArg,
     /// How texels between vertices are filled
     #[arg(long, value_enum, default_value_t, help_heading = "Map")]
     pub(crate) interpolation: InterpolationArg,
+    /// What is done to the texels that vertices sample
+    #[arg(long, value_enum, default_value_t, help_heading = "Map")]
+    pub(crate) texels: TexelsArg,
     /// Bits of a texel: 8 or 16 (PNG), 32 (EXR) [default: 16, or 32 with --format exr]
     #[arg(long, value_name = "8|16|32", value_parser = bits, help_heading = "Map")]
     pub(crate) bits: Option<Bits>,
@@ -157,7 +160,7 @@ pub(crate) struct ApplyArgs {
     #[arg(long, value_name = "IN.obj")]
     pub(crate) mesh: Option<PathBuf>,
     /// Strength λ: 0 leaves the noise, 1 is denoised [default: that of the manifest]
-    #[arg(long, value_name = "L", value_parser = finite)]
+    #[arg(long, value_name = "L", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) lambda: Option<f64>,
     /// The displaced mesh
     #[arg(short, long, value_name = "OUT.obj")]
@@ -198,19 +201,19 @@ pub(crate) struct NoiseArgs {
     #[arg(short, long, value_name = "NOISY.obj")]
     pub(crate) output: PathBuf,
     /// Standard deviation of the Gaussian noise, in mean edge lengths
-    #[arg(long, value_name = "S", value_parser = not_negative)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = not_negative)]
     pub(crate) sigma: f64,
     /// Where vertices go
     #[arg(long, value_enum, default_value_t)]
     pub(crate) direction: DirectionArg,
     /// Hit only this share of the vertices, 0 to 1
-    #[arg(long, value_name = "P", value_parser = in_unit_interval)]
+    #[arg(long, value_name = "P", allow_negative_numbers = true, value_parser = in_unit_interval)]
     pub(crate) impulsive: Option<f64>,
     /// The same seed gives the same noise
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true)]
     pub(crate) seed: u64,
     /// Which `v` lines are one vertex: exact, none, or a distance in model units
-    #[arg(long, value_name = "exact|none|EPS", default_value = "exact", value_parser = welding)]
+    #[arg(long, value_name = "exact|none|EPS", default_value = "exact", allow_negative_numbers = true, value_parser = welding)]
     pub(crate) weld: Welding,
 }
 
@@ -220,7 +223,7 @@ pub(crate) struct InfoArgs {
     #[arg(value_name = "IN.obj")]
     pub(crate) input: PathBuf,
     /// Which `v` lines are one vertex: exact, none, or a distance in model units
-    #[arg(long, value_name = "exact|none|EPS", default_value = "exact", value_parser = welding)]
+    #[arg(long, value_name = "exact|none|EPS", default_value = "exact", allow_negative_numbers = true, value_parser = welding)]
     pub(crate) weld: Welding,
 }
 
@@ -285,6 +288,14 @@ choice!(InterpolationArg => Interpolation {
     Idw => Interpolation::Idw,
     /// The nearest sample
     Nearest => Interpolation::Nearest,
+});
+
+choice!(TexelsArg => Texels {
+    /// Moved until sampling gives each vertex its very height
+    #[default]
+    Fitted => Texels::Fitted,
+    /// Left as interpolated
+    Interpolated => Texels::Interpolated,
 });
 
 choice!(ConventionArg => Convention {

@@ -46,6 +46,20 @@ fn model(path: &Path, welding: Welding, console: &Console) -> Result<Model, Fail
     Ok(model)
 }
 
+/// A length, area or volume with six digits that count, whatever the unit of the model.
+fn measure(x: f64) -> String {
+    if x == 0.0 {
+        return "0".to_owned();
+    }
+    let magnitude = x.abs().log10().floor();
+    if (-5.0..9.0).contains(&magnitude) {
+        let decimals = (5.0 - magnitude).max(0.0) as usize;
+        format!("{x:.decimals$}")
+    } else {
+        format!("{x:.5e}")
+    }
+}
+
 /// A count with its noun.
 fn count(n: usize, one: &str, many: &str) -> String {
     format!("{n} {}", if n == 1 { one } else { many })

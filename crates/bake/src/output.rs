@@ -15,7 +15,6 @@ pub(crate) struct Folder {
 impl Folder {
     /// Makes sure that files can be written, before any work is done.
     pub(crate) fn open(path: &Path) -> Result<Self, Failure> {
-        let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
         if path.exists() && !path.is_dir() {
             return Err(Failure::at(path, "is a file, and a folder is needed here"));
         }
@@ -29,7 +28,7 @@ impl Folder {
     }
 
     pub(crate) fn path(&self) -> &Path {
-        &self.path
+        here_if_empty(&self.path)
     }
 
     fn temporary(&self) -> Result<NamedTempFile, Failure> {
@@ -41,14 +40,14 @@ impl Folder {
             // As any new file; the umask takes its share.
             builder.permissions(std::fs::Permissions::from_mode(0o666));
         }
-        let refused = |e| Failure::at(&self.path, format!("cannot be written to: {}", plain(&e)));
-        builder.tempfile_in(&self.path).map_err(refused)
+        let refused = |e| Failure::at(self.path(), format!("cannot be written to: {}", plain(&e)));
+        builder.tempfile_in(self.path()).map_err(refused)
     }
 
     /// Writes all files, then gives all of them their names.
     pub(crate) fn write<'a>(
         mut self,
-        files: impl IntoIterator<Item = (&'a str, &'a [u8])>,
+        files: impl IntoIterator<Item = (&'a Path, &'a [u8])>,
     ) -> Result<Vec<PathBuf>, Failure> {
         let mut staged = Vec::new();
         for (name, bytes) in files {
@@ -71,6 +70,11 @@ impl Folder {
     }
 }
 
+/// The folder of a file that is named without one.
+fn here_if_empty(folder: &Path) -> &Path {
+    if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
+}
+
 impl Drop for Folder {
     fn drop(&mut self) {
         if let Some(made) = &self.made {
@@ -84,10 +88,24 @@ impl Drop for Folder {
     }
 }
 
+/// Refuses to write over an input.
+pub(crate) fn spare(place: &Path, inputs: &[impl AsRef<Path>]) -> Result<(), Failure> {
+    if inputs.iter().any(|input| same_file(input.as_ref(), place)) {
+        return Err(Failure::at(place, "is an input; name another output, so that nothing is lost"));
+    }
+    Ok(())
+}
+
+/// Whether both are there and one.
+pub(crate) fn same_file(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
 /// A single output file.
 pub(crate) struct Output {
-    folder: Folder,
     place: PathBuf,
+    /// None where a pipe or a device is written to, such as /dev/stdout: renaming would replace it.
+    folder: Option<Folder>,
 }
 
 impl Output {
@@ -96,30 +114,24 @@ impl Output {
         if place.is_dir() {
             return Err(Failure::at(place, "is a directory; name a file"));
         }
-        let same = |input: &&&Path| matches!((input.canonicalize(), place.canonicalize()), (Ok(a), Ok(b)) if a == b);
-        if inputs.iter().find(same).is_some() {
-            return Err(Failure::at(place, "is an input; name another output, so that nothing is lost"));
-        }
+        spare(place, inputs)?;
         if place.file_name().is_none() {
             return Err(Failure::at(place, "names no file"));
         }
-        let folder = Folder::open(place.parent().unwrap_or(Path::new("")))?;
-        Ok(Self { folder, place: place.to_path_buf() })
+        let special = place.metadata().is_ok_and(|m| !m.is_file());
+        let folder = (!special).then(|| Folder::open(place.parent().unwrap_or(Path::new("")))).transpose()?;
+        Ok(Self { place: place.to_path_buf(), folder })
     }
 
     pub(crate) fn write(self, bytes: &[u8]) -> Result<PathBuf, Failure> {
-        let special = self.place.metadata().is_ok_and(|m| !m.is_file());
-        if special {
-            // A pipe or a device, such as /dev/stdout: renaming would replace it.
+        let Some(folder) = self.folder else {
             let refused = |e: std::io::Error| Failure::at(&self.place, format!("cannot be written: {}", plain(&e)));
-            std::fs::OpenOptions::new()
-                .write(true)
-                .open(&self.place)
-                .and_then(|mut f| f.write_all(bytes))
-                .map_err(refused)?;
+            let opened = std::fs::OpenOptions::new().write(true).open(&self.place);
+            opened.and_then(|mut f| f.write_all(bytes)).map_err(refused)?;
             return Ok(self.place);
-        }
-        let name = self.place.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        Ok(self.folder.write([(name.as_str(), bytes)])?.remove(0))
+        };
+        let name = self.place.file_name().unwrap_or_default();
+        folder.write([(Path::new(name), bytes)])?;
+        Ok(self.place)
     }
 }

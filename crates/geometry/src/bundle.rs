@@ -18,7 +18,7 @@ use crate::ragged::Index;
 use crate::texture::normal_map::{self, Convention};
 use crate::texture::resolution::{Choice, Spacing};
 use crate::texture::tangents;
-use crate::texture::{self, Coverage, Interpolation, Size};
+use crate::texture::{self, Coverage, Interpolation, Size, Texels};
 use crate::weld::Welding;
 use glam::{DVec3, Vec3};
 
@@ -37,6 +37,8 @@ pub struct Settings {
     pub side: Option<u32>,
     /// How texels between vertices are filled.
     pub interpolation: Interpolation,
+    /// What is done to the texels that vertices sample.
+    pub texels: Texels,
     /// Of a texel.
     pub bits: Bits,
     /// Of the normal map.
@@ -178,6 +180,7 @@ pub fn bake(
             file: map_file,
             layout: Layout::Uv,
             interpolation: settings.interpolation,
+            texels: settings.texels,
             width: size.width,
             height: size.height,
             bits: settings.bits,
@@ -232,18 +235,25 @@ impl Heights {
         let deltas = settings.method.deltas(surface, progress)?;
         let heights = normals::heights(&deltas, normals);
         drop(deltas);
-        let (low, high) = heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
-        let encoding = Encoding::covering(low, high, settings.bits);
-        if !(encoding.bias.is_finite() && encoding.scale.is_finite()) {
+        if heights.iter().any(|h| !(*h as f32).is_finite()) {
             return Err(BakeError::NotFinite);
         }
         progress.stage("spacing");
         let spacing = Spacing::new(atlas);
-        let choice = settings.side.is_none().then(|| spacing.choose());
+        let choice = match (settings.side, settings.texels) {
+            (Some(_), _) => None,
+            (None, Texels::Fitted) => Some(spacing.choose_exact(atlas, &heights, progress)?),
+            (None, Texels::Interpolated) => Some(spacing.choose()),
+        };
         let side = settings.side.or(choice.map(|choice| choice.side)).unwrap_or_default();
         let coverage = Coverage::new(surface, atlas, Size::square(side), progress)?;
-        let map = texture::bake(surface, atlas, &heights, &coverage, settings.interpolation, progress)?;
+        let mut map = texture::bake(surface, atlas, &heights, &coverage, settings.interpolation, progress)?;
+        if settings.texels == Texels::Fitted {
+            texture::fit(&mut map, atlas, &heights, progress)?;
+        }
         progress.stage("encoding");
+        let [low, high] = map.range();
+        let encoding = Encoding::covering(low.into(), high.into(), settings.bits);
         let image = Displacement::encode(&map, encoding).to_bytes()?;
         Ok(Self { heights, encoding, spacing, choice, coverage, image })
     }
@@ -259,12 +269,20 @@ fn carrier_normals(model: &Model, normals: &[Vec3]) -> Vec<Vec3> {
     normals
 }
 
+/// Lists the `v` lines of vertices with several wedges, and those for which some corner names another place than the
+/// dominant one: a face that the surface leaves out, a second layer say, is drawn all the same.
 fn dominant_uv(model: &Model, atlas: &Atlas) -> DominantUv {
-    let several = |v: Index| atlas.wedges().get(v).len() > 1;
+    let (obj, vertex_of) = (model.obj(), model.weld().vertex_of());
+    let place = |uv: Index| obj.uvs()[uv as usize];
+    let mut listed: Vec<bool> = vertex_of.iter().map(|&v| atlas.wedges().get(v).len() > 1).collect();
+    for corner in obj.faces().items() {
+        let line = corner.position as usize;
+        listed[line] |= corner.uv().map(place) != atlas.dominant(vertex_of[line]).map(place);
+    }
     let pair = |(line, &v): (Index, &Index)| {
-        let uv = atlas.dominant(v).filter(|_| several(v))?;
+        let uv = atlas.dominant(v).filter(|_| listed[line as usize])?;
         Some([line + 1, uv + 1])
     };
-    let seam_vertices = (0..).zip(model.weld().vertex_of()).filter_map(pair).collect();
+    let seam_vertices = (0..).zip(vertex_of).filter_map(pair).collect();
     DominantUv { rule: Atlas::DOMINANT_RULE.to_owned(), seam_vertices }
 }

@@ -79,7 +79,12 @@ impl Encoding {
     /// clients compute in.
     pub fn covering(low: f64, high: f64, bits: Bits) -> Self {
         let bias = if f64::from(low as f32) > low { (low as f32).next_down() } else { low as f32 };
-        let span = high - f64::from(bias);
+        let base = f64::from(bias);
+        let span = high - base;
+        // What the difference lost by rounding (Knuth 1969): all of the smaller end, where the other one is huge.
+        let part = span - high;
+        let lost = (high - (span - part)) - (base + part);
+        let span = if lost > 0.0 { span.next_up() } else { span };
         let scale = if f64::from(span as f32) < span { (span as f32).next_up() } else { span as f32 };
         Self { bits, bias, scale }
     }
@@ -198,20 +203,49 @@ impl Displacement {
     ///
     /// Twin of `height_at` in `shaders/displace.wgsl`, operation by operation in single precision.
     pub fn height_at(&self, uv: Vec2) -> f32 {
-        let size = Vec2::new(self.size.width as f32, self.size.height as f32);
-        let p = Vec2::new(uv.x, 1.0 - uv.y) * size - 0.5;
-        let low = p.floor();
-        let w = p - low;
-        let last = [self.size.width - 1, self.size.height - 1].map(i64::from);
-        // `as` saturates, as the clamp in the shader does.
-        let column = |x: f32| (x as i64).clamp(0, last[0]) as usize;
-        let row = |y: f32| (y as i64).clamp(0, last[1]) as usize;
-        let texel = |x: f32, y: f32| self.texels[row(y) * self.size.width as usize + column(x)];
+        let Footprint { texels: [a, b, c, d], w } = Footprint::new(uv, self.size);
         // In this form equal texels give just that value, whatever the weight.
         let mix = |a: f32, b: f32, w: f32| a + (b - a) * w;
-        let top = mix(texel(low.x, low.y), texel(low.x + 1.0, low.y), w.x);
-        let bottom = mix(texel(low.x, low.y + 1.0), texel(low.x + 1.0, low.y + 1.0), w.x);
+        let top = mix(self.texels[a], self.texels[b], w.x);
+        let bottom = mix(self.texels[c], self.texels[d], w.x);
         self.encoding.bias + self.encoding.scale * mix(top, bottom, w.y)
+    }
+}
+
+/// The texels that bilinear sampling blends at a texture coordinate, computed as the shader does it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Footprint {
+    /// Places in the image: upper left, upper right, lower left, lower right.
+    texels: [usize; 4],
+    /// Shares of the right and of the lower ones.
+    w: Vec2,
+}
+
+impl Footprint {
+    pub(crate) fn new(uv: Vec2, size: Size) -> Self {
+        let p = Vec2::new(uv.x, 1.0 - uv.y) * Vec2::new(size.width as f32, size.height as f32) - 0.5;
+        let low = p.floor();
+        // `as` saturates, as the clamp in the shader does.
+        let column = |x: f32| (x as i64).clamp(0, i64::from(size.width) - 1) as usize;
+        let row = |y: f32| (y as i64).clamp(0, i64::from(size.height) - 1) as usize;
+        let texel = |x: f32, y: f32| row(y) * size.width as usize + column(x);
+        let (right, below) = (low.x + 1.0, low.y + 1.0);
+        let texels = [texel(low.x, low.y), texel(right, low.y), texel(low.x, below), texel(right, below)];
+        Self { texels, w: p - low }
+    }
+    /// The different texels with their weights, which add up to one.
+    pub(crate) fn weights(&self) -> impl Iterator<Item = (usize, f64)> {
+        let (x, y) = (f64::from(self.w.x), f64::from(self.w.y));
+        let mut weights = [(1.0 - x) * (1.0 - y), x * (1.0 - y), (1.0 - x) * y, x * y];
+        let texels = self.texels;
+        // At the border of the image two or four of them are the same one.
+        for k in 1..4 {
+            if let Some(first) = (0..k).find(|&j| texels[j] == texels[k]) {
+                weights[first] += weights[k];
+                weights[k] = 0.0;
+            }
+        }
+        texels.into_iter().zip(weights).filter(|(_, w)| *w > 0.0)
     }
 }
 

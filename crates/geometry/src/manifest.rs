@@ -8,7 +8,7 @@ use crate::displacement::{Bits, Encoding};
 use crate::model::NormalSource;
 use crate::ragged::Index;
 use crate::texture::normal_map::Convention;
-use crate::texture::{Interpolation, Size};
+use crate::texture::{Interpolation, Size, Texels};
 use crate::weld::Welding;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -81,6 +81,8 @@ pub struct MapEntry {
     pub layout: Layout,
     /// How texels between vertices were filled.
     pub interpolation: Interpolation,
+    /// What was done to the texels that vertices sample.
+    pub texels: Texels,
     /// Texels in a row.
     pub width: u32,
     /// Rows.
@@ -169,8 +171,10 @@ pub struct Report {
     pub seam_gap: f64,
     /// Share of the texels inside charts, 0..=1.
     pub coverage: f64,
-    /// Vertices that the layout cannot resolve: they sample less than two texels from another one.
+    /// Vertices that are off by more than a quantum: the layout gives them no texels of their own.
     pub unresolved_vertices: usize,
+    /// Vertices that sample less than two texels from another one, so that they share some.
+    pub crowded_vertices: usize,
     /// Smallest distance between the places where two vertices sample, texels.
     pub smallest_distance: Option<f64>,
     /// Vertices that sample outside [0, 1]².

@@ -87,6 +87,21 @@ pub fn file_name(arguments: &str) -> &str {
     }
 }
 
+/// Whether a statement names a texture file.
+fn names_texture(keyword: &str) -> bool {
+    keyword.starts_with("map_") || matches!(keyword, "disp" | "norm" | "bump" | "decal" | "refl")
+}
+
+/// The files of all textures that a library names.
+pub fn textures(library: &[u8]) -> Vec<String> {
+    let text = String::from_utf8_lossy(library);
+    let statement = |line: &str| {
+        let (keyword, arguments) = line.trim().split_once(char::is_whitespace)?;
+        names_texture(keyword).then(|| file_name(arguments).to_owned())
+    };
+    text.lines().filter_map(statement).collect()
+}
+
 /// The numbers and files that a carrier's materials name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MapStatements<'a> {
@@ -126,7 +141,7 @@ pub fn carrier_library(
                     out.push(b'\n');
                     out.extend_from_slice(added.as_bytes());
                 }
-                keyword if keyword.starts_with("map_") || matches!(keyword, "decal" | "refl") => {
+                keyword if names_texture(keyword) => {
                     let arguments = text.trim_start()[keyword.len()..].trim();
                     let name = file_name(arguments);
                     let options = &arguments[..arguments.len() - name.len()];
@@ -159,6 +174,12 @@ mod tests {
         assert_eq!(materials[0].diffuse, Some([0.5; 3]));
         assert_eq!(materials[0].diffuse_texture.as_deref(), Some("my skin.png"));
         assert_eq!(materials[1].name, "b\u{fffd}");
+    }
+
+    #[test]
+    fn every_texture_is_found() {
+        let library = b"newmtl a\r\nmap_Ks -o 1 0 0 s.png\r\n\tbump -bm 0.3 b c.png \r\nKd 1 1 1\nnorm\n";
+        assert_eq!(textures(library), ["s.png", "b c.png"]);
     }
 
     #[test]

@@ -41,6 +41,8 @@ pub struct Extras {
     pub material_libraries: Vec<Vec<u8>>,
     /// Distinct `usemtl` arguments in the order of first use.
     pub materials: Vec<Vec<u8>>,
+    /// Faces before the first `usemtl`.
+    pub faces_without_material: usize,
     /// `o` statements.
     pub objects: usize,
     /// `g` statements.
@@ -115,3 +117,6 @@ impl Obj {
         &self.extras
     }
 }
+
+#[cfg(test)]
+mod tests;

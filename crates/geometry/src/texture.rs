@@ -1,8 +1,9 @@
-//! From heights at vertices to texels: raster → gutter, or scattered samples everywhere.
+//! From heights at vertices to texels: raster → gutter (or scattered samples everywhere) → fit.
 //!
 //! Texel space has its origin at the top left corner of the image, x to the right and y down; the centre of texel
 //! (i, j) is at (i + ½, j + ½). [`Size::texel_from_uv`] is the only place that turns v over.
 
+pub mod fit;
 pub mod normal_map;
 pub mod resolution;
 pub mod tangents;
@@ -69,6 +70,17 @@ pub enum Interpolation {
     Nearest,
 }
 
+/// What is done to the texels that vertices sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Texels {
+    /// They are moved until sampling gives each vertex its height.
+    #[default]
+    Fitted,
+    /// They stay as interpolated.
+    Interpolated,
+}
+
 /// Heights on texels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeightMap {
@@ -76,6 +88,13 @@ pub struct HeightMap {
     pub size: Size,
     /// Row by row from the top, model units. #rows·#columns
     pub texels: Vec<f32>,
+}
+
+impl HeightMap {
+    /// The lowest and the highest texel, model units.
+    pub fn range(&self) -> [f32; 2] {
+        self.texels.iter().fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], t| [low.min(*t), high.max(*t)])
+    }
 }
 
 /// Spreads heights (#V, model units) over the texture; every texel gets one, inside charts and out.
@@ -114,6 +133,22 @@ pub fn bake(
         }
     })?;
     Ok(HeightMap { size, texels })
+}
+
+/// Moves the texels of a map until each wedge samples the height of its vertex (#V, model units), as far as the layout
+/// allows; texels may leave the range of the heights by a quarter of it. Gives the number of vertices that do not get
+/// theirs, to half a 16-bit quantum.
+pub fn fit(map: &mut HeightMap, atlas: &Atlas, heights: &[f64], progress: &dyn Progress) -> Result<usize, Cancelled> {
+    let mut samples = Vec::new();
+    for (vertex, wedges) in (0..).zip(atlas.wedges().iter()) {
+        samples.extend(wedges.iter().map(|&uv| fit::Sample {
+            uv: atlas.uvs()[uv as usize].as_vec2(),
+            height: heights[vertex as usize],
+            rank: if atlas.dominant(vertex) == Some(uv) { fit::Rank::Dominant } else { fit::Rank::Other },
+            on_seam: wedges.len() > 1,
+        }));
+    }
+    fit::fit(&mut map.texels, map.size, &samples, progress)
 }
 
 /// Value at a place in a triangle; never outside the values at its corners, whatever the rounding.

@@ -239,7 +239,7 @@ pub fn tidy(vertex_count: usize, input: &Ragged<Index>) -> TidyFaces {
     for f in 0..input.len() as Index {
         let first = input.range(f).start as Index;
         let face = input.get(f);
-        if kept(face).count() < 3 {
+        if kept(face).count() < 3 || !has_three_vertices(face) {
             out.degenerate.push(f);
         } else if duplicate[f as usize] {
             out.duplicate.push(f);
@@ -250,6 +250,12 @@ pub fn tidy(vertex_count: usize, input: &Ragged<Index>) -> TidyFaces {
         }
     }
     out
+}
+
+/// Not so in a face that goes to and fro between two vertices.
+fn has_three_vertices(face: &[Index]) -> bool {
+    let third = |&v: &Index| v != face[0] && face.iter().any(|&w| w != face[0] && w != v);
+    face.iter().any(third)
 }
 
 /// Corners of a face that do not repeat the one before.
@@ -329,10 +335,12 @@ mod tests {
     #[test]
     fn tidying_keeps_what_can_be_kept() {
         let input: Ragged<Index> =
-            [vec![0, 1, 2, 2], vec![3, 3, 4], vec![2, 0, 1], vec![0, 2, 1], vec![1, 3, 2]].into_iter().collect();
+            [vec![0, 1, 2, 2], vec![3, 3, 4], vec![2, 0, 1], vec![0, 2, 1], vec![1, 3, 2], vec![0, 1, 0, 1]]
+                .into_iter()
+                .collect();
         let tidy = tidy(5, &input);
         assert_eq!(tidy.faces.iter().collect::<Vec<_>>(), [&[0, 1, 2][..], &[1, 3, 2]]);
-        assert_eq!(tidy.degenerate, [1]);
+        assert_eq!(tidy.degenerate, [1, 5]);
         assert_eq!(tidy.duplicate, [2, 3]);
         assert_eq!(tidy.source_faces, [0, 4]);
         assert_eq!(tidy.source_corners, [0, 1, 2, 13, 14, 15]);

@@ -1,5 +1,6 @@
 //! `planish apply`
 
+use super::measure;
 use crate::args::ApplyArgs;
 use crate::console::Console;
 use crate::failure::Failure;
@@ -29,9 +30,9 @@ pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
     let manifest = Manifest::from_json(&input::read(&args.manifest)?).map_err(|e| Failure::at(&args.manifest, e))?;
     let beside = |name: &str| args.manifest.parent().unwrap_or(Path::new("")).join(name);
     let mesh: PathBuf = args.mesh.clone().unwrap_or_else(|| beside(&manifest.carrier.obj));
-    let output = Output::open(&args.output, &[&args.manifest, &mesh])?;
-
     let image = beside(&manifest.displacement.file);
+    let output = Output::open(&args.output, &[&args.manifest, &mesh, &image])?;
+
     let entry = &manifest.displacement;
     let map = Displacement::decode(&input::read(&image)?, entry.size(), entry.encoding())
         .map_err(|e| Failure::at(&image, e))?;
@@ -56,7 +57,10 @@ pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
     };
     console.report(&report, || {
         let Applied { output, mesh, lambda, vertices, max_displacement } = &report;
-        format!("wrote {output}\n  {vertices} vertices of {mesh} displaced with λ = {lambda}, by {max_displacement:.6} at most\n")
+        format!(
+            "wrote {output}\n  {vertices} vertices of {mesh} displaced with λ = {lambda}, by {} at most\n",
+            measure(*max_displacement)
+        )
     });
     Ok(())
 }

@@ -1,15 +1,16 @@
 //! `planish bake`
 
-use super::count;
+use super::{count, measure};
 use crate::args::{BakeArgs, FormatArg};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::input;
-use crate::output::Folder;
+use crate::output::{self, Folder};
 use planish_geometry::atlas::AtlasError;
 use planish_geometry::bundle::{self, BakeError, Bundle, Lambda, Names, Settings};
 use planish_geometry::displacement::Bits;
 use planish_geometry::manifest::Report;
+use planish_geometry::materials;
 use planish_geometry::model::Model;
 use planish_geometry::progress::Progress as _;
 use serde::Serialize;
@@ -18,8 +19,10 @@ use std::path::{Path, PathBuf};
 
 #[derive(Serialize)]
 struct Baked<'a> {
+    source: String,
     files: Vec<String>,
     size_reason: Option<String>,
+    seam_vertices: usize,
     manifest: &'a planish_geometry::manifest::Manifest,
 }
 
@@ -39,21 +42,33 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
         lambda: Lambda(args.lambda),
         side: args.size.0,
         interpolation: args.interpolation.into(),
+        texels: args.texels.into(),
         bits,
         convention: args.normal_convention.into(),
     };
     let libraries = libraries(input, &model, console);
-    let relocate = |texture: &str| relocate(input, folder.path(), texture);
+    let textures = libraries.iter().flat_map(|(_, bytes)| materials::textures(bytes)).map(|name| beside(input, &name));
+    let mut inputs: Vec<PathBuf> = textures.chain(libraries.iter().map(|(path, _)| path.clone())).collect();
+    inputs.push(input.clone());
+    let libraries: Vec<Vec<u8>> = libraries.into_iter().map(|l| l.1).collect();
+    let relocate = |texture: &str| {
+        let place = beside(input, texture);
+        // What is not there stays as it was written: the user may know why.
+        if place.is_file() { from_folder(&place, folder.path()) } else { texture.to_owned() }
+    };
     let bundle = bundle::bake(&model, &names, &libraries, relocate, &settings, console)
         .map_err(|e| explain(e, &model, input))?;
     console.stage("writing");
-    let written = folder.write(bundle.files.iter().map(|f| (f.name.as_str(), f.bytes.as_slice())))?;
+    bundle.files.iter().try_for_each(|f| output::spare(&folder.path().join(&f.name), &inputs))?;
+    let written = folder.write(bundle.files.iter().map(|f| (Path::new(&f.name), f.bytes.as_slice())))?;
     for warning in warnings(&bundle) {
         console.warn(&warning);
     }
     let report = Baked {
+        source: input.display().to_string(),
         files: written.iter().map(|p| p.display().to_string()).collect(),
         size_reason: bundle.choice.map(|choice| choice.to_string()),
+        seam_vertices: seam_vertices(&model, &bundle),
         manifest: &bundle.manifest,
     };
     console.report(&report, || text(&report));
@@ -78,8 +93,7 @@ fn texel_bits(args: &BakeArgs) -> Result<Bits, Failure> {
 
 /// The carrier is called like the source, unless that is where it would go.
 fn names(input: &Path, folder: &Path, stem: String) -> Names {
-    let same_file = |a: &Path, b: &Path| matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b);
-    let taken = same_file(&folder.join(format!("{stem}.obj")), input);
+    let taken = output::same_file(&folder.join(format!("{stem}.obj")), input);
     let carrier = if taken { format!("{stem}.planish") } else { stem.clone() };
     Names { source: from_folder(input, folder), stem, carrier }
 }
@@ -91,19 +105,18 @@ fn from_folder(path: &Path, folder: &Path) -> String {
     relative.unwrap_or_else(|| path.to_path_buf()).to_string_lossy().replace('\\', "/")
 }
 
-/// The name of a texture in the source's materials, as seen from the carrier.
-fn relocate(input: &Path, folder: &Path, texture: &str) -> String {
-    let place = input.parent().unwrap_or(Path::new("")).join(texture.replace('\\', "/"));
-    // What is not there stays as it was written: the user may know why.
-    if place.is_file() { from_folder(&place, folder) } else { texture.to_owned() }
+/// A file that the source's materials name.
+fn beside(input: &Path, texture: &str) -> PathBuf {
+    input.parent().unwrap_or(Path::new("")).join(texture.replace('\\', "/"))
 }
 
-fn libraries(input: &Path, model: &Model, console: &Console) -> Vec<Vec<u8>> {
+/// The material libraries that can be read, with their places.
+fn libraries(input: &Path, model: &Model, console: &Console) -> Vec<(PathBuf, Vec<u8>)> {
     let found = input::libraries(input, model.obj());
     for library in found.iter().filter(|l| l.bytes.is_none()) {
         console.warn(&format!("{} cannot be read; the carrier will lack its materials", library.path.display()));
     }
-    found.into_iter().filter_map(|l| l.bytes).collect()
+    found.into_iter().filter_map(|l| Some((l.path, l.bytes?))).collect()
 }
 
 fn explain(error: BakeError, model: &Model, input: &Path) -> Failure {
@@ -156,11 +169,23 @@ fn warnings(bundle: &Bundle) -> Vec<String> {
             vertices(r.vertices_without_normal)
         ),
     );
-    let total = bundle.manifest.source.vertices;
-    if r.unresolved_vertices * 100 > total {
-        out.push(format!("{} less than two texels from another one at {side}: a larger --size or a looser layout makes the map more exact", vertices(r.unresolved_vertices)));
-    }
+    warn(
+        r.unresolved_vertices,
+        format!(
+            "{} off by more than a quantum at {side}: the layout crowds them; try a larger --size, or a looser layout",
+            vertices(r.unresolved_vertices)
+        ),
+    );
     out
+}
+
+/// Vertices with several wedges; the manifest lists each of their `v` lines.
+fn seam_vertices(model: &Model, bundle: &Bundle) -> usize {
+    let pairs = bundle.manifest.dominant_uv.pairs();
+    let mut vertices: Vec<_> = pairs.iter().map(|pair| model.weld().vertex_of()[pair[0] as usize]).collect();
+    vertices.sort_unstable();
+    vertices.dedup();
+    vertices.len()
 }
 
 fn text(baked: &Baked) -> String {
@@ -170,16 +195,24 @@ fn text(baked: &Baked) -> String {
     let mut line = |head: &str, text: String| {
         let _ = writeln!(out, "{head:9} {text}");
     };
-    line("source", format!("{}: {} vertices, {} faces", m.source.file, m.source.vertices, m.source.faces));
+    line(
+        "source",
+        format!(
+            "{}: {}, {}",
+            baked.source,
+            count(m.source.vertices, "vertex", "vertices"),
+            count(m.source.faces, "face", "faces")
+        ),
+    );
     line(
         "map",
         format!(
-            "{} × {}, {} bits: height = {:.6} + {:.6} · texel",
+            "{} × {}, {} bits: height = {} + {} · texel",
             map.width,
             map.height,
             u32::from(map.bits),
-            map.bias,
-            map.scale
+            measure(map.bias),
+            measure(map.scale)
         ),
     );
     if let Some(reason) = &baked.size_reason {
@@ -191,7 +224,7 @@ fn text(baked: &Baked) -> String {
         format!(
             "gap {} between the wedges of a vertex, {} with several",
             r.seam_gap,
-            count(m.dominant_uv.seam_vertices.len(), "vertex", "vertices")
+            count(baked.seam_vertices, "vertex", "vertices")
         ),
     );
     line(
@@ -208,17 +241,13 @@ fn text(baked: &Baked) -> String {
     out
 }
 
-/// Errors as shares of the range, which is what one sees, and in quanta, which is what the encoding allows.
+/// Errors in quanta, which is what the encoding allows, or as shares of the range where they are far from that.
 fn errors(r: &Report, range: f64) -> String {
-    let share = |error: f64| if range > 0.0 { 100.0 * error / range } else { 0.0 };
-    format!(
-        "max {:.3e} ({:.2} % of the range), 99 % below {:.3e} ({:.2} %), mean {:.3e} ({:.3} %); quantum {:.3e}",
-        r.max_error,
-        share(r.max_error),
-        r.p99_error,
-        share(r.p99_error),
-        r.mean_error,
-        share(r.mean_error),
-        r.quantum
-    )
+    let unit = |error: f64| match r.quantum > 0.0 {
+        false => String::new(),
+        true if r.max_error < 100.0 * r.quantum => format!(" ({:.2} quanta)", error / r.quantum),
+        true => format!(" ({:.2} % of the range)", 100.0 * error / range),
+    };
+    let text = |error: f64| format!("{error:.3e}{}", unit(error));
+    format!("max {}, 99 % below {}, mean {}", text(r.max_error), text(r.p99_error), text(r.mean_error))
 }

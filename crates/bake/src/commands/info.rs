@@ -1,6 +1,6 @@
 //! `planish info`
 
-use super::count;
+use super::{count, measure};
 use crate::args::InfoArgs;
 use crate::console::Console;
 use crate::failure::Failure;
@@ -10,9 +10,13 @@ use planish_geometry::materials;
 use planish_geometry::model::{Defects, Model};
 use planish_geometry::progress::Progress as _;
 use planish_geometry::texture::resolution::{self, Spacing};
+use planish_geometry::texture::{Coverage, Size};
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::Path;
+
+/// Side of the raster that looks for overlaps, texels.
+const PROBE: u32 = 1024;
 
 #[derive(Serialize)]
 struct Info {
@@ -51,6 +55,8 @@ struct Layout {
     #[serde(flatten)]
     charts: Charts,
     out_of_range_vertices: usize,
+    /// Share of the texture that lies in more than one triangle.
+    overlap: f64,
     size: u32,
     size_reason: String,
 }
@@ -66,12 +72,12 @@ struct Material {
 pub(crate) fn run(args: &InfoArgs, console: &Console) -> Result<(), Failure> {
     let model = super::model(&args.input, args.weld, console)?;
     console.stage("looking");
-    let info = look(&args.input, &model);
+    let info = look(&args.input, &model, console)?;
     console.report(&info, || text(&info));
     Ok(())
 }
 
-fn look(path: &Path, model: &Model) -> Info {
+fn look(path: &Path, model: &Model, console: &Console) -> Result<Info, Failure> {
     let (obj, surface) = (model.obj(), model.surface());
     let topology = surface.topology();
     let defects = model.defects();
@@ -80,9 +86,22 @@ fn look(path: &Path, model: &Model) -> Info {
         Ok(atlas) => {
             let choice = Spacing::new(&atlas).choose();
             let out_of_range_vertices = resolution::out_of_range(&atlas);
+            let coverage = Coverage::new(surface, &atlas, Size::square(PROBE), console)?;
+            let overlap = coverage.overlaps() as f64 / Size::square(PROBE).texels() as f64;
+            if overlap > 0.0 {
+                notes.push(format!(
+                    "charts overlap on {:.2} % of the texture: they share heights there",
+                    100.0 * overlap
+                ));
+            }
+            if out_of_range_vertices > 0 {
+                let n = count(out_of_range_vertices, "vertex is", "vertices are");
+                notes.push(format!("{n} outside [0, 1] in the texture: a map is clamped at its border"));
+            }
             Some(Layout {
                 charts: atlas.charts(surface),
                 out_of_range_vertices,
+                overlap,
                 size: choice.side,
                 size_reason: choice.to_string(),
             })
@@ -100,7 +119,7 @@ fn look(path: &Path, model: &Model) -> Info {
     let materials = find_materials(path, model, &mut notes);
     let closed = defects.boundary_edges == 0 && defects.non_manifold_edges == 0;
     let extras = obj.extras();
-    Info {
+    Ok(Info {
         file: path.display().to_string(),
         bytes: obj.bytes().len(),
         vertex_lines: obj.positions().len(),
@@ -129,7 +148,7 @@ fn look(path: &Path, model: &Model) -> Info {
         layout,
         materials,
         notes,
-    }
+    })
 }
 
 /// What is wrong, in words, with the first line at fault where there is one.
@@ -142,7 +161,7 @@ fn notes(model: &Model, d: &Defects) -> Vec<String> {
         }
     };
     let first = |line: Option<u32>| line.map(|line| format!(", the first in line {line}")).unwrap_or_default();
-    note(welded, "`v` line repeats", "`v` lines repeat", " the place of another one and are welded to it".to_owned());
+    note(welded, "`v` line is", "`v` lines are", " welded to another one at the same place".to_owned());
     note(d.isolated_vertices, "vertex is", "vertices are", " used by no face".to_owned());
     note(d.boundary_edges, "edge has", "edges have", " one face only: the mesh is open there".to_owned());
     note(d.non_manifold_edges, "edge has", "edges have", " three faces or more".to_owned());
@@ -226,9 +245,9 @@ fn text(info: &Info) -> String {
         "surface",
         format!("{} vertices, {} edges, {} triangles, {pieces}, {closed}", info.vertices, info.edges, info.triangles),
     );
-    let volume = info.volume.map(|v| format!(", volume {v:.6}")).unwrap_or_default();
-    line("size", format!("mean edge {:.6}, area {:.6}{volume}", info.mean_edge, info.area));
-    let [low, high] = info.bounds;
+    let volume = info.volume.map(|v| format!(", volume {}", measure(v))).unwrap_or_default();
+    line("size", format!("mean edge {}, area {}{volume}", measure(info.mean_edge), measure(info.area)));
+    let [low, high] = info.bounds.map(|p| p.map(|x| x + 0.0));
     line("", format!("from ({}, {}, {}) to ({}, {}, {})", low[0], low[1], low[2], high[0], high[1], high[2]));
     if let Some(l) = &info.layout {
         let c = &l.charts;

@@ -1,5 +1,6 @@
 //! `planish noise`
 
+use super::measure;
 use crate::args::NoiseArgs;
 use crate::console::Console;
 use crate::failure::Failure;
@@ -44,7 +45,10 @@ pub(crate) fn run(args: &NoiseArgs, console: &Console) -> Result<(), Failure> {
     console.report(&report, || {
         let Added { output, vertices, moved_vertices, mean_edge, rms_displacement, .. } = &report;
         let rms = rms_displacement / mean_edge;
-        format!("wrote {output}\n  {moved_vertices} of {vertices} vertices moved, rms {rms:.4} mean edge lengths of {mean_edge:.6}\n")
+        format!(
+            "wrote {output}\n  {moved_vertices} of {vertices} vertices moved, rms {rms:.4} mean edge lengths of {}\n",
+            measure(*mean_edge)
+        )
     });
     Ok(())
 }

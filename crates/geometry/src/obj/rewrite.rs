@@ -151,6 +151,10 @@ impl Obj {
             if !out.ends_with(&eol[eol.len() - 1..]) {
                 out.extend_from_slice(eol);
             }
+            // A backslash at the end of the file would continue into what follows now.
+            if out.trim_ascii_end().ends_with(b"\\") {
+                out.extend_from_slice(eol);
+            }
             push_normals(&mut out, &normals[vn..v], eol);
         }
         out

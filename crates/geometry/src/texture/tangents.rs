@@ -37,18 +37,10 @@ fn in_blocks(surface: &Surface, atlas: &Atlas, vertex_normals: &[Vec3], size: us
     let of_block = |block: Index| {
         let own = blocks.get(block);
         let triangles = with_neighbours(surface, own);
-        let mut frames = Frames {
-            surface,
-            atlas,
-            vertex_normals,
-            centre,
-            tangents: vec![[Tangent::default(); 3]; triangles.len()],
-            triangles,
-        };
+        let mut frames = Frames::new(&triangles, surface, atlas, vertex_normals, centre);
         // The error type has no values.
         let _ = bevy_mikktspace::generate_tangents(&mut frames);
-        let place =
-            |t: &Index| frames.triangles.binary_search(t).map_or([Tangent::default(); 3], |i| frames.tangents[i]);
+        let place = |t: &Index| triangles.binary_search(t).map_or([Tangent::default(); 3], |i| frames.tangents[i]);
         own.iter().map(place).collect::<Vec<_>>()
     };
     let found: Vec<Vec<[Tangent; 3]>> = (0..blocks.len() as Index).into_par_iter().map(of_block).collect();
@@ -91,36 +83,46 @@ fn with_neighbours(surface: &Surface, own: &[Index]) -> Vec<Index> {
     all
 }
 
-struct Frames<'a> {
-    surface: &'a Surface,
-    atlas: &'a Atlas,
-    vertex_normals: &'a [Vec3],
-    centre: DVec3,
-    triangles: Vec<Index>,
+/// Triangles as MikkTSpace asks for them, many times over.
+struct Frames {
+    corners: Vec<[Corner; 3]>,
     tangents: Vec<[Tangent; 3]>,
 }
 
-impl Frames<'_> {
-    fn corner(&self, face: usize, k: usize) -> Index {
-        self.surface.triangle_corners()[self.triangles[face] as usize][k]
+#[derive(Clone, Copy)]
+struct Corner {
+    position: [f32; 3],
+    normal: [f32; 3],
+    uv: [f32; 2],
+}
+
+impl Frames {
+    fn new(triangles: &[Index], surface: &Surface, atlas: &Atlas, vertex_normals: &[Vec3], centre: DVec3) -> Self {
+        let corner = |c: Index| Corner {
+            position: (surface.at_corner(c) - centre).as_vec3().to_array(),
+            normal: vertex_normals[surface.topology().vertex(c) as usize].to_array(),
+            uv: atlas.at_corner(c).unwrap_or_default().as_vec2().to_array(),
+        };
+        let corners = triangles.iter().map(|&t| surface.triangle_corners()[t as usize].map(corner)).collect();
+        Self { corners, tangents: vec![[Tangent::default(); 3]; triangles.len()] }
     }
 }
 
-impl Geometry for Frames<'_> {
+impl Geometry for Frames {
     fn num_faces(&self) -> usize {
-        self.triangles.len()
+        self.corners.len()
     }
     fn num_vertices_of_face(&self, _: usize) -> usize {
         3
     }
     fn position(&self, face: usize, k: usize) -> [f32; 3] {
-        (self.surface.at_corner(self.corner(face, k)) - self.centre).as_vec3().to_array()
+        self.corners[face][k].position
     }
     fn normal(&self, face: usize, k: usize) -> [f32; 3] {
-        self.vertex_normals[self.surface.topology().vertex(self.corner(face, k)) as usize].to_array()
+        self.corners[face][k].normal
     }
     fn tex_coord(&self, face: usize, k: usize) -> [f32; 2] {
-        self.atlas.at_corner(self.corner(face, k)).unwrap_or_default().as_vec2().to_array()
+        self.corners[face][k].uv
     }
     fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, k: usize) {
         let [x, y, z, sign] = space.unwrap_or_default().tangent_encoded();

@@ -1,0 +1,17 @@
+//! Drives the real binary: files and arguments in; files, words and exit codes out.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod apply;
+mod bad_input;
+mod bad_manifest;
+mod bundle;
+mod commands;
+mod folder;
+mod help;
+mod mesh;
+mod reference;
+mod report;
+mod streams;
+#[cfg(unix)]
+mod unix;

@@ -1,0 +1,310 @@
+//! Texels that give vertices back their heights.
+//!
+//! Bilinear sampling blends four texels, and noise differs from vertex to vertex, so a map that is merely interpolated
+//! gives each vertex something of its neighbours. Here the texels T around the samples are moved as little as possible
+//! until sampling returns the heights: min ‖A T − h‖, and of all such T the one nearest to the interpolated T₀, within
+//! bounds. Conjugate gradients on the normal equations, started at T₀, give just that (CGLS: Paige & Saunders. LSQR.
+//! 1982); texels that leave the bounds are set to them and the others solved again. Samples that share no texel do not
+//! see each other, so each group that hangs together is solved by itself.
+
+use super::Size;
+use crate::displacement::Footprint;
+use crate::progress::{Cancelled, Parts, Progress};
+use crate::ragged::{Index, Ragged};
+use glam::Vec2;
+use rayon::prelude::*;
+
+/// A place where the map must give a height.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// As the shader has it.
+    pub uv: Vec2,
+    /// Model units.
+    pub height: f64,
+    /// What may be given up for it.
+    pub rank: Rank,
+    /// On a seam other wedges must find the very same height: all texels of the sample get it, if no other sample needs
+    /// them, and then no rounding of weights can tell them apart.
+    pub on_seam: bool,
+}
+
+/// How important a sample is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Rank {
+    /// The vertex is displaced by what is sampled here.
+    Dominant,
+    /// Another wedge of the vertex; left out where it contradicts its neighbours.
+    Other,
+}
+
+/// Residual at which a sample counts as met, as a share of the range of heights: an eighth of a 16-bit quantum.
+const TOLERANCE: f64 = 1.0 / 65535.0 / 8.0;
+
+/// How far texels may leave the range of heights, as a share of it. More of it would meet no more samples that matter,
+/// and cost precision everywhere.
+const HEADROOM: f64 = 0.25;
+
+/// Steps of the conjugate gradients, and how often texels may be set to their bounds.
+const STEPS: usize = 150;
+const ROUNDS: usize = 12;
+
+/// Moves texels (model units, row by row from the top) until samples are met as far as they can be. Gives the number of
+/// dominant samples that are off by more than half a 16-bit quantum.
+pub fn fit(texels: &mut [f32], size: Size, samples: &[Sample], progress: &dyn Progress) -> Result<usize, Cancelled> {
+    progress.stage("fitting");
+    let range = samples.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], s| [l.min(s.height), h.max(s.height)]);
+    let span = range[1] - range[0];
+    if samples.is_empty() || span <= 0.0 {
+        return Ok(0);
+    }
+    let bounds = [range[0] - HEADROOM * span, range[1] + HEADROOM * span];
+    let footprints: Vec<Footprint> = samples.iter().map(|s| Footprint::new(s.uv, size)).collect();
+    let groups = groups(&footprints);
+    let members: Vec<&[Index]> = groups.iter().collect();
+    // Groups are small and many: a part is a run of them.
+    let runs: Vec<&[&[Index]]> = members.chunks(256).collect();
+    let parts = Parts::new(progress, runs.len());
+    let of_run = |run: &&[&[Index]]| {
+        parts.run(|| {
+            let solve =
+                |group: &&[Index]| Group::new(group, samples, &footprints, texels, bounds).solve(TOLERANCE * span);
+            run.iter().flat_map(solve).collect::<Vec<_>>()
+        })
+    };
+    let solved = runs.par_iter().map(of_run).collect::<Result<Vec<_>, _>>()?;
+    for (texel, height) in solved.into_iter().flatten() {
+        texels[texel] = height as f32;
+    }
+    let missed = |(sample, footprint): (&Sample, &Footprint)| {
+        let sampled: f64 = footprint.weights().map(|(texel, w)| w * f64::from(texels[texel])).sum();
+        sample.rank == Rank::Dominant && (sampled - sample.height).abs() > 4.0 * TOLERANCE * span
+    };
+    Ok(samples.iter().zip(&footprints).filter(|pair| missed(*pair)).count())
+}
+
+/// Samples that share texels, directly or through others. Groups and their members are in the order of the samples.
+fn groups(footprints: &[Footprint]) -> Ragged<Index> {
+    let mut uses: Vec<(usize, Index)> =
+        footprints.iter().zip(0..).flat_map(|(f, i)| f.weights().map(move |(texel, _)| (texel, i))).collect();
+    uses.par_sort_unstable();
+    let mut parent: Vec<Index> = (0..footprints.len() as Index).collect();
+    fn root(parent: &mut [Index], mut i: Index) -> Index {
+        while parent[i as usize] != i {
+            parent[i as usize] = parent[parent[i as usize] as usize];
+            i = parent[i as usize];
+        }
+        i
+    }
+    for pair in uses.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
+        let [a, b] = [pair[0].1, pair[1].1].map(|i| root(&mut parent, i));
+        parent[a.max(b) as usize] = a.min(b);
+    }
+    let mut number = vec![Index::MAX; footprints.len()];
+    let mut count = 0;
+    let of_sample: Vec<Index> = (0..footprints.len() as Index)
+        .map(|i| {
+            let root = root(&mut parent, i) as usize;
+            if number[root] == Index::MAX {
+                number[root] = count;
+                count += 1;
+            }
+            number[root]
+        })
+        .collect();
+    Ragged::group(count as usize, of_sample.into_iter().zip(0..))
+}
+
+/// Samples that hang together, with their texels renumbered.
+struct Group {
+    /// Index in the image of each texel, ascending.
+    places: Vec<usize>,
+    start: Vec<f64>,
+    equations: Vec<Equation>,
+    bounds: [f64; 2],
+}
+
+/// aᵢ·T = hᵢ
+#[derive(Clone, Debug)]
+struct Equation {
+    terms: Vec<(usize, f64)>,
+    height: f64,
+    rank: Rank,
+    on_seam: bool,
+}
+
+impl Equation {
+    fn at(&self, texels: &[f64]) -> f64 {
+        self.terms.iter().map(|&(t, w)| w * texels[t]).sum()
+    }
+}
+
+impl Group {
+    fn new(members: &[Index], samples: &[Sample], footprints: &[Footprint], texels: &[f32], bounds: [f64; 2]) -> Self {
+        let weights = |i: &Index| footprints[*i as usize].weights();
+        let mut places: Vec<usize> = members.iter().flat_map(weights).map(|(texel, _)| texel).collect();
+        places.sort_unstable();
+        places.dedup();
+        let equation = |i: &Index| {
+            let Sample { height, rank, on_seam, .. } = samples[*i as usize];
+            let local = |(texel, w): (usize, f64)| (places.partition_point(|&p| p < texel), w);
+            Equation { terms: weights(i).map(local).collect(), height, rank, on_seam }
+        };
+        let equations = members.iter().map(equation).collect();
+        let start = places.iter().map(|&p| f64::from(texels[p])).collect();
+        Self { places, start, equations, bounds }
+    }
+
+    /// New heights of its texels.
+    fn solve(mut self, tolerance: f64) -> Vec<(usize, f64)> {
+        if let [Equation { on_seam: true, height, .. }] = self.equations[..] {
+            return self.places.into_iter().map(|place| (place, height)).collect();
+        }
+        let (mut texels, met) = self.nearest_solution(tolerance);
+        if !met && self.equations.iter().any(|e| e.rank == Rank::Other) {
+            // What the shader samples comes first; the other wedges only ask not to be torn open in simple clients.
+            self.equations.retain(|e| e.rank == Rank::Dominant);
+            (texels, _) = self.nearest_solution(tolerance);
+        }
+        self.places.into_iter().zip(texels).collect()
+    }
+
+    /// Solves within the bounds; whether all equations are met.
+    fn nearest_solution(&self, tolerance: f64) -> (Vec<f64>, bool) {
+        let mut texels = self.start.clone();
+        let mut free = vec![true; texels.len()];
+        for _ in 0..ROUNDS {
+            let met = self.conjugate_gradients(&mut texels, &free, tolerance);
+            let mut bounded = false;
+            for (texel, free) in texels.iter_mut().zip(&mut free) {
+                if *texel < self.bounds[0] || *texel > self.bounds[1] {
+                    *texel = texel.clamp(self.bounds[0], self.bounds[1]);
+                    *free = false;
+                    bounded = true;
+                }
+            }
+            if !bounded {
+                return (texels, met);
+            }
+        }
+        (texels, false)
+    }
+
+    /// CGLS on the free texels; whether all equations are met.
+    fn conjugate_gradients(&self, texels: &mut [f64], free: &[bool], tolerance: f64) -> bool {
+        let mut residual: Vec<f64> = self.equations.iter().map(|e| e.height - e.at(texels)).collect();
+        let met = |residual: &[f64]| residual.iter().all(|r| r.abs() <= tolerance);
+        let gradient = |residual: &[f64]| {
+            let mut out = vec![0.0; free.len()];
+            for (e, r) in self.equations.iter().zip(residual) {
+                for &(t, w) in e.terms.iter().filter(|term| free[term.0]) {
+                    out[t] += w * r;
+                }
+            }
+            out
+        };
+        let dot = |a: &[f64]| a.iter().map(|x| x * x).sum::<f64>();
+        let mut s = gradient(&residual);
+        let mut direction = s.clone();
+        let mut gamma = dot(&s);
+        for _ in 0..STEPS {
+            // The gradient is of the size of the residual as long as there is anything to gain.
+            if met(&residual) || gamma.sqrt() <= 1e-3 * tolerance {
+                break;
+            }
+            let image: Vec<f64> = self.equations.iter().map(|e| e.at(&direction)).collect();
+            let alpha = gamma / dot(&image);
+            for (texel, d) in texels.iter_mut().zip(&direction) {
+                *texel += alpha * d;
+            }
+            for (r, q) in residual.iter_mut().zip(&image) {
+                *r -= alpha * q;
+            }
+            s = gradient(&residual);
+            let next = dot(&s);
+            for (d, s) in direction.iter_mut().zip(&s) {
+                *d = s + next / gamma * *d;
+            }
+            gamma = next;
+        }
+        met(&residual)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+
+    const SIZE: Size = Size { width: 32, height: 16 };
+
+    fn sampled(texels: &[f32], uv: Vec2) -> f64 {
+        Footprint::new(uv, SIZE).weights().map(|(t, w)| w * f64::from(texels[t])).sum()
+    }
+
+    fn noise(i: u32) -> f64 {
+        f64::from(i.wrapping_mul(2_654_435_761) >> 8 & 0xffff) / 65535.0
+    }
+
+    fn fitted(samples: &[Sample]) -> Vec<f32> {
+        let mut texels = vec![0.5; SIZE.texels()];
+        fit(&mut texels, SIZE, samples, &Silent).unwrap();
+        texels
+    }
+
+    #[test]
+    fn samples_two_texels_apart_are_met() {
+        // A jittered grid of three by three texels a sample.
+        let sample = |i: u32| {
+            let jitter = Vec2::new(noise(3 * i) as f32, noise(3 * i + 1) as f32);
+            let at = Vec2::new((i % 10) as f32, (i / 10) as f32) * 3.0 + 1.0 + jitter;
+            Sample { uv: at / Vec2::new(32.0, 16.0), height: noise(3 * i + 2), rank: Rank::Dominant, on_seam: false }
+        };
+        let samples: Vec<_> = (0..50).map(sample).collect();
+        let texels = fitted(&samples);
+        for s in &samples {
+            assert!((sampled(&texels, s.uv) - s.height).abs() < 2e-6, "{s:?}");
+        }
+        assert!(texels.iter().all(|t| (-0.25..=1.25).contains(t)));
+    }
+
+    #[test]
+    fn samples_that_share_texels_are_met_where_texels_are_enough() {
+        let sample = |i: u32, height| Sample {
+            uv: Vec2::new(0.31 + 0.02 * i as f32, 0.4),
+            height,
+            rank: Rank::Dominant,
+            on_seam: false,
+        };
+        let far = Sample { uv: Vec2::new(0.9, 0.9), height: 1.0, rank: Rank::Dominant, on_seam: false };
+        let samples = [sample(0, 0.1), sample(1, 0.4), sample(2, 0.9), far];
+        let texels = fitted(&samples);
+        for s in &samples {
+            assert!((sampled(&texels, s.uv) - s.height).abs() < 2e-6, "{s:?}: {}", sampled(&texels, s.uv));
+        }
+    }
+
+    #[test]
+    fn contradictions_end_in_the_middle_and_the_dominant_sample_wins() {
+        let uv = Vec2::new(0.4, 0.6);
+        let far = Sample { uv: Vec2::new(0.9, 0.1), height: 1.0, rank: Rank::Dominant, on_seam: false };
+        let [low, high] = [0.0, 1.0].map(|height| Sample { uv, height, rank: Rank::Dominant, on_seam: false });
+        assert!((sampled(&fitted(&[low, high, far]), uv) - 0.5).abs() < 0.02);
+        let other = Sample { rank: Rank::Other, ..high };
+        assert!(sampled(&fitted(&[low, other, far]), uv).abs() < 2e-6);
+    }
+
+    #[test]
+    fn a_lonely_sample_on_a_seam_gets_a_plateau() {
+        let s = |x: f32, height| Sample { uv: Vec2::new(x, 0.41), height, rank: Rank::Dominant, on_seam: true };
+        let texels = fitted(&[s(0.23, 0.0), s(0.83, 0.7)]);
+        assert_eq!(texels.iter().filter(|t| **t == 0.0).count(), 4);
+        assert_eq!(texels.iter().filter(|t| **t == 0.7).count(), 4);
+    }
+
+    #[test]
+    fn texels_that_no_sample_reads_stay() {
+        let s = |x: f32, height| Sample { uv: Vec2::new(x, 0.5), height, rank: Rank::Dominant, on_seam: false };
+        let texels = fitted(&[s(0.2, 0.0), s(0.8, 1.0)]);
+        assert_eq!(texels.iter().filter(|t| **t != 0.5).count(), 8);
+    }
+}

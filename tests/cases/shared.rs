@@ -1,0 +1,64 @@
+//! Meshes as they are out there; passes over them where they are absent.
+
+use crate::support::{bake, keeps_its_promises, meshes_in, model, shared_data};
+use planish_geometry::bundle::Settings;
+use planish_geometry::denoise::{Denoiser, Laplacian};
+use planish_geometry::progress::Silent;
+use planish_geometry::weld::Welding;
+
+fn one_full_step() -> Settings {
+    let method = Denoiser::Laplacian(Laplacian { iterations: 1, step: 1.0, ..Laplacian::default() });
+    Settings { method, ..Settings::default() }
+}
+
+/// Bakes a mesh at the usual sizes: from crowded to two texels and more between vertices.
+fn is_baked_within_bounds(name: &str) {
+    let Some(folder) = shared_data() else { return };
+    let model = model(std::fs::read(folder.join(name)).unwrap(), Welding::Exact);
+    for side in [512, 1024, 2048, 4096] {
+        let settings = Settings { side: Some(side), ..one_full_step() };
+        keeps_its_promises(&model, &settings, &bake(&model, &settings));
+    }
+}
+
+#[test]
+fn spot_is_baked_within_bounds() {
+    is_baked_within_bounds("spot_n0.2_noisy.obj");
+}
+
+#[test]
+fn the_boat_is_baked_within_bounds() {
+    is_baked_within_bounds("boat_n0.2_noisy.obj");
+}
+
+#[test]
+fn every_scan_with_texture_coordinates_is_baked_within_bounds() {
+    let Some(folder) = shared_data() else { return };
+    for path in meshes_in(&folder.join("scans")) {
+        let model = model(std::fs::read(&path).unwrap(), Welding::Exact);
+        if model.atlas().is_ok() {
+            println!("{}", path.display());
+            let settings = Settings { side: Some(256), ..one_full_step() };
+            keeps_its_promises(&model, &settings, &bake(&model, &settings));
+        }
+    }
+}
+
+#[test]
+fn every_mesh_gets_through() {
+    let Some(folder) = shared_data() else { return };
+    let meshes = [meshes_in(&folder), meshes_in(&folder.join("scans"))].concat();
+    assert!(!meshes.is_empty());
+    for path in meshes {
+        let model = model(std::fs::read(&path).unwrap(), Welding::Exact);
+        let defects = model.defects();
+        let topology = model.surface().topology();
+        let left_out = defects.degenerate_faces + defects.duplicate_faces;
+        assert_eq!(topology.faces().len() + left_out, model.obj().faces().len(), "{}", path.display());
+        let denoised = Denoiser::default().denoised(model.surface(), &Silent).unwrap();
+        assert!(denoised.iter().all(|p| p.is_finite()), "{}", path.display());
+        let written = model.obj().with_positions(&model.weld().spread(&denoised), None);
+        let spread = model.weld().spread(&denoised);
+        assert!(planish_geometry::obj::Obj::parse(written).unwrap().positions() == spread, "{}", path.display());
+    }
+}

@@ -1,0 +1,143 @@
+//! Meshes, and what must be true of a bundle made from one.
+
+use glam::{DVec2, DVec3, Vec2, Vec3};
+use planish_geometry::apply::{self, ShaderVertex};
+use planish_geometry::bundle::{self, Bundle, Names, Settings};
+use planish_geometry::displacement::Displacement;
+use planish_geometry::manifest::Manifest;
+use planish_geometry::model::Model;
+use planish_geometry::normals;
+use planish_geometry::obj::Obj;
+use planish_geometry::progress::Silent;
+use planish_geometry::weld::Welding;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+/// A corner as (position, uv), counted from 0.
+pub(crate) type Corner = (usize, Option<usize>);
+
+/// A plain OBJ file; numbers are written in full.
+pub(crate) fn obj_text(positions: &[DVec3], uvs: &[DVec2], faces: &[Vec<Corner>]) -> String {
+    let mut text = String::new();
+    for p in positions {
+        writeln!(text, "v {:?} {:?} {:?}", p.x, p.y, p.z).unwrap();
+    }
+    for uv in uvs {
+        writeln!(text, "vt {:?} {:?}", uv.x, uv.y).unwrap();
+    }
+    for face in faces {
+        text.push('f');
+        for (position, uv) in face {
+            write!(text, " {}", position + 1).unwrap();
+            if let Some(uv) = uv {
+                write!(text, "/{}", uv + 1).unwrap();
+            }
+        }
+        text.push('\n');
+    }
+    text
+}
+
+pub(crate) fn model(bytes: impl Into<Vec<u8>>, welding: Welding) -> Model {
+    Model::new(Obj::parse(bytes.into()).unwrap(), welding)
+}
+
+/// Files of a folder that end in `.obj`, by name; none where there is no such folder.
+pub(crate) fn meshes_in(folder: &Path) -> Vec<PathBuf> {
+    let Ok(entries) = folder.read_dir() else { return Vec::new() };
+    let paths = entries.map(|entry| entry.unwrap().path());
+    let mut paths: Vec<_> = paths.filter(|path| path.extension().is_some_and(|e| e == "obj")).collect();
+    paths.sort();
+    paths
+}
+
+/// The root of the repository.
+pub(crate) fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Meshes beside the repository that are not part of it; none, and a note, where they are absent.
+pub(crate) fn shared_data() -> Option<PathBuf> {
+    let folder = root().join("../shared/data");
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    println!("skipped: there is no folder {}", folder.display());
+    None
+}
+
+pub(crate) fn bake(model: &Model, settings: &Settings) -> Bundle {
+    let names = Names { source: "in.obj".to_owned(), stem: "out".to_owned(), carrier: "out.carrier".to_owned() };
+    bundle::bake(model, &names, &[], str::to_owned, settings, &Silent).unwrap()
+}
+
+/// A bundle read back from its own files.
+pub(crate) struct Read {
+    pub(crate) manifest: Manifest,
+    pub(crate) map: Displacement,
+    pub(crate) carrier: Obj,
+}
+
+impl Read {
+    pub(crate) fn new(bundle: &Bundle) -> Self {
+        let bytes = |name: &str| &bundle.files.iter().find(|file| file.name == name).unwrap().bytes;
+        let manifest = Manifest::from_json(&bundle.files.last().unwrap().bytes).unwrap();
+        let entry = &manifest.displacement;
+        let map = Displacement::decode(bytes(&entry.file), entry.size(), entry.encoding()).unwrap();
+        let carrier = Obj::parse(bytes(&manifest.carrier.obj).clone()).unwrap();
+        Self { manifest, map, carrier }
+    }
+
+    /// Where a shader puts each corner of each face at λ = 1: at the place that the manifest names for its `v` line,
+    /// or else at its own texture coordinates. Relative to the manifest's origin.
+    fn displaced_corners(&self) -> impl Iterator<Item = (usize, Vec3)> + '_ {
+        let origin = self.manifest.displacement.origin;
+        let mut dominant = vec![None; self.carrier.positions().len()];
+        for [v, vt] in self.manifest.dominant_uv.pairs() {
+            dominant[v as usize] = Some(vt);
+        }
+        self.carrier.faces().items().iter().map(move |corner| {
+            let v = corner.position as usize;
+            let vertex = ShaderVertex {
+                position: (self.carrier.positions()[v] - origin).as_vec3(),
+                normal: self.carrier.normals()[corner.normal().unwrap() as usize].as_vec3(),
+                uv: dominant[v].or(corner.uv()).map(|vt| self.carrier.uvs()[vt as usize].as_vec2()),
+            };
+            (v, vertex.displaced(&self.map, 1.0))
+        })
+    }
+}
+
+/// Heights of the vertices from first principles, and the normals they belong to. #V
+pub(crate) fn heights(model: &Model, settings: &Settings) -> (Vec<f64>, Vec<Vec3>) {
+    let deltas = settings.method.deltas(model.surface(), &Silent).unwrap();
+    let along = bundle::displacement_normals(model, settings.normals).unwrap();
+    (normals::heights(&deltas, &along), along)
+}
+
+/// What a bundle promises: no vertex is farther from p − h·n than the report says, and all wedges of a vertex land on
+/// the same bits.
+#[track_caller]
+pub(crate) fn keeps_its_promises(model: &Model, settings: &Settings, bundle: &Bundle) -> Read {
+    let read = Read::new(bundle);
+    assert_eq!(read.manifest, bundle.manifest);
+    let (heights, normals) = heights(model, settings);
+    let expected = |vertex: usize| model.surface().positions()[vertex] - heights[vertex] * normals[vertex].as_dvec3();
+    let bound = read.manifest.report.error_bound;
+    let mut places: Vec<Option<[u32; 3]>> = vec![None; heights.len()];
+    for (line, place) in read.displaced_corners() {
+        let vertex = model.weld().vertex_of()[line] as usize;
+        let bits = place.to_array().map(f32::to_bits);
+        assert_eq!(*places[vertex].get_or_insert(bits), bits, "wedges of vertex {vertex} come apart");
+        let off = (place.as_dvec3() + read.manifest.displacement.origin).distance(expected(vertex));
+        assert!(off <= bound, "`v` line {line} is off by {off:e}, but the bound is {bound:e}");
+    }
+    assert_eq!(read.manifest.report.seam_gap, 0.0);
+    read
+}
+
+/// Height that the map gives a vertex where a shader samples it.
+pub(crate) fn sampled(read: &Read) -> impl Iterator<Item = f32> + '_ {
+    let vertices = apply::carrier_vertices(&read.carrier, &read.manifest.dominant_uv.pairs(), DVec3::ZERO);
+    vertices.into_iter().filter_map(|v| v.uv).map(|uv: Vec2| read.map.height_at(uv))
+}
