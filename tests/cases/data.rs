@@ -66,7 +66,7 @@ fn every_field_of_a_manifest_is_documented() {
     for name in names {
         // As `.field` after the first of a row, with the path before it otherwise, or in the words on `method`.
         let bare = name.trim_start_matches('.');
-        let spellings = [format!("`{bare}`"), format!(".{bare}`"), format!("`{bare}.")];
+        let spellings = [format!("`{bare}`"), format!(".{bare}`"), format!("`{bare}."), format!(".{bare}.")];
         assert!(spellings.iter().any(|s| document.contains(s)), "docs/manifest.md does not mention {name}");
     }
 }

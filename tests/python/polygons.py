@@ -12,12 +12,12 @@ def welded(positions, polygons):
 
 
 def tidied(polygons):
-    """Without corners that repeat the one before, faces that keep fewer than three, and second layers of a face."""
+    """Without corners that repeat the one before, faces that keep fewer than three different ones, and second layers of a face."""
     seen, kept = set(), []
     for polygon in polygons:
         face = [v for k, v in enumerate(polygon) if v != polygon[k - 1]]
         layer = tuple(sorted(face))
-        if len(face) >= 3 and layer not in seen:
+        if len(set(face)) >= 3 and layer not in seen:
             seen.add(layer)
             kept.append(face)
     return kept
