@@ -133,38 +133,22 @@ pub fn bake(
     let surface = model.surface();
     let atlas = model.atlas()?;
     let normals = displacement_normals(model, settings.normals)?;
-    let heights = Heights::bake(model, &atlas, &normals, settings, progress)?;
-    progress.stage("tangent frames");
-    let tangents = tangents::tangents(surface, &atlas, &normals);
+    let library_file = format!("{}.mtl", names.carrier);
+    // Writing and reading a text file keeps one thread as busy as the maps keep the others.
+    let ((source_sha256, carrier), maps) = rayon::join(
+        || (manifest::sha256(model.obj().bytes()), CarrierFile::make(model, &normals, &library_file)),
+        || Maps::bake(model, &atlas, &normals, settings, progress),
+    );
+    let (carrier, maps) = (carrier?, maps?);
     progress.check()?;
-    let along = |strength: f64| {
-        let places = surface.positions().iter().zip(heights.heights.iter().zip(&normals));
-        places.map(|(p, (h, n))| *p - strength * h * n.as_dvec3()).collect::<Vec<_>>()
-    };
-    let shaded = along(settings.lambda.0);
-    let normal_map =
-        normal_map::bake(surface, &normals, &tangents, shaded, &heights.coverage, settings.convention, progress)?;
-    drop(tangents);
-    progress.stage("encoding");
-    let size = heights.coverage.size();
-    let normal_map = displacement::png(normal_map.texels.as_flattened(), size, image::ExtendedColorType::Rgb8)?;
 
-    progress.stage("carrier");
-    let clients = Clients::new(heights.encoding, settings.lambda.0);
     let map_file = format!("{}.displacement.{}", names.stem, settings.bits.extension());
     let normal_file = format!("{}.normal.png", names.stem);
-    let library_file = format!("{}.mtl", names.carrier);
+    let clients = Clients::new(maps.encoding, settings.lambda.0);
     let statements =
         MapStatements { displacement: &map_file, base: clients.mtl.base, gain: clients.mtl.gain, normal: &normal_file };
     let library = materials::carrier_library(model.obj(), libraries, &statements, relocate);
-    let welded: Vec<DVec3> = model.weld().spread(surface.positions());
-    let carrier = model.obj().carrier(&welded, &carrier_normals(model, &normals), &library_file);
-    drop(welded);
-    progress.check()?;
-
-    progress.stage("hashing");
-    let (source_sha256, carrier_sha256) =
-        rayon::join(|| manifest::sha256(model.obj().bytes()), || manifest::sha256(&carrier));
+    let size = maps.coverage.size();
     let mut manifest = Manifest {
         planish: manifest::VERSION,
         source: Source {
@@ -184,46 +168,69 @@ pub fn bake(
             width: size.width,
             height: size.height,
             bits: settings.bits,
-            bias: heights.encoding.bias.into(),
-            scale: heights.encoding.scale.into(),
+            bias: maps.encoding.bias.into(),
+            scale: maps.encoding.scale.into(),
             lambda: settings.lambda.0,
             origin: apply::origin(surface.bounds()),
         },
         dominant_uv: dominant_uv(model, &atlas),
         normal_map: NormalMapEntry { file: normal_file, convention: settings.convention },
-        carrier: Carrier { obj: format!("{}.obj", names.carrier), mtl: library_file, sha256: carrier_sha256 },
+        carrier: Carrier { obj: format!("{}.obj", names.carrier), mtl: library_file, sha256: carrier.sha256 },
         report: Report::default(),
         clients,
     };
     progress.stage("verifying");
-    let layout = report::LayoutFindings::of(&atlas, &heights.spacing, &heights.coverage);
-    let carrier = Obj::parse(carrier)?;
-    manifest.report = report::measure(model, &along(1.0), &normals, &manifest, &heights.image, &carrier, &layout)?;
+    let layout = report::LayoutFindings::of(&atlas, &maps.spacing, &maps.coverage);
+    let expected = displaced(model, &maps.heights, &normals, 1.0);
+    manifest.report =
+        report::measure(model, &expected, &normals, &manifest, &maps.displacement, &carrier.obj, &layout)?;
     progress.check()?;
     let file = |name: &str, bytes| File { name: name.to_owned(), bytes };
     let files = vec![
-        file(&manifest.displacement.file, heights.image),
-        file(&manifest.normal_map.file, normal_map),
-        file(&manifest.carrier.obj, carrier.into_bytes()),
+        file(&manifest.displacement.file, maps.displacement),
+        file(&manifest.normal_map.file, maps.normal_map),
+        file(&manifest.carrier.obj, carrier.obj.into_bytes()),
         file(&manifest.carrier.mtl, library),
         file(&format!("{}.planish.json", names.stem), manifest.to_json().into_bytes()),
     ];
-    Ok(Bundle { files, manifest, choice: heights.choice })
+    Ok(Bundle { files, manifest, choice: maps.choice })
 }
 
-/// The displacement map and what it was made from.
-struct Heights {
+/// p − λ · h · n for each vertex. #V×3, model units.
+fn displaced(model: &Model, heights: &[f64], normals: &[Vec3], lambda: f64) -> Vec<DVec3> {
+    let places = model.surface().positions().iter().zip(heights.iter().zip(normals));
+    places.map(|(p, (h, n))| *p - lambda * h * n.as_dvec3()).collect()
+}
+
+/// The carrier as it reads back.
+struct CarrierFile {
+    obj: Obj,
+    sha256: String,
+}
+
+impl CarrierFile {
+    fn make(model: &Model, normals: &[Vec3], library_file: &str) -> Result<Self, ObjError> {
+        let welded: Vec<DVec3> = model.weld().spread(model.surface().positions());
+        let bytes = model.obj().carrier(&welded, &carrier_normals(model, normals), library_file);
+        let sha256 = manifest::sha256(&bytes);
+        Ok(Self { obj: Obj::parse(bytes)?, sha256 })
+    }
+}
+
+/// Both maps and what they were made from.
+struct Maps {
     /// #V, model units.
     heights: Vec<f64>,
     encoding: Encoding,
     spacing: Spacing,
     choice: Option<Choice>,
     coverage: Coverage,
-    /// The image file.
-    image: Vec<u8>,
+    /// The image files.
+    displacement: Vec<u8>,
+    normal_map: Vec<u8>,
 }
 
-impl Heights {
+impl Maps {
     fn bake(
         model: &Model,
         atlas: &Atlas,
@@ -254,8 +261,18 @@ impl Heights {
         progress.stage("encoding");
         let [low, high] = map.range();
         let encoding = Encoding::covering(low.into(), high.into(), settings.bits);
-        let image = Displacement::encode(&map, encoding).to_bytes()?;
-        Ok(Self { heights, encoding, spacing, choice, coverage, image })
+        let displacement = Displacement::encode(&map, encoding).to_bytes()?;
+        drop(map);
+        progress.stage("tangent frames");
+        let tangents = tangents::tangents(surface, atlas, normals);
+        progress.check()?;
+        let shaded = displaced(model, &heights, normals, settings.lambda.0);
+        let normal_map =
+            normal_map::bake(surface, normals, &tangents, shaded, &coverage, settings.convention, progress)?;
+        progress.stage("encoding");
+        let colour = image::ExtendedColorType::Rgb8;
+        let normal_map = displacement::png(normal_map.texels.as_flattened(), coverage.size(), colour)?;
+        Ok(Self { heights, encoding, spacing, choice, coverage, displacement, normal_map })
     }
 }
 

@@ -49,7 +49,7 @@ impl<T> Ragged<T> {
         &self.items[self.range(i)]
     }
     /// The lists in order.
-    pub fn iter(&self) -> impl ExactSizeIterator<Item = &[T]> {
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = &[T]> + Clone {
         self.starts.windows(2).map(|w| &self.items[w[0] as usize..w[1] as usize])
     }
     /// All items, list after list.

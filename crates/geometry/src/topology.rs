@@ -47,53 +47,18 @@ impl Topology {
         let corner_face = (0..faces.len() as Index).flat_map(|f| faces.range(f).map(move |_| f));
         let corner_face: Vec<Index> = corner_face.collect();
         let corners = 0..faces.items().len() as Index;
-        let by_vertex = corners.clone().map(|c| (faces.items()[c as usize], c));
-        let vertex_corners = Ragged::group(vertex_count, by_vertex);
-        let mut topology = Self {
-            vertex_count,
-            faces,
-            corner_face,
-            vertex_corners,
-            edges: Vec::new(),
-            edge_corners: Ragged::default(),
-            rings: Ragged::default(),
-            boundary: vec![false; vertex_count],
-        };
-        topology.find_edges();
-        topology.find_rings();
-        topology
-    }
-
-    /// Edges sorted by their end points, each with the corners that walk along it in the order of the faces.
-    fn find_edges(&mut self) {
-        let corners = 0..self.faces.items().len() as Index;
-        let ends = |c: Index| (self.vertex(c), self.vertex(self.next(c)));
-        let halves = corners.map(|c| {
-            let (a, b) = ends(c);
-            (a.min(b), (a.max(b), c))
-        });
-        let mut halves = Ragged::group(self.vertex_count, halves);
-        halves.for_each_mut(<[_]>::sort_unstable);
-        let (mut edges, mut edge_corners) = (Vec::new(), Ragged::default());
-        for (low, halves) in (0..).zip(halves.iter()) {
-            for same in halves.chunk_by(|x, y| x.0 == y.0) {
-                edges.push([low, same[0].0]);
-                edge_corners.push(same.iter().map(|half| half.1));
-            }
-        }
-        for (&[a, b], corners) in edges.iter().zip(edge_corners.iter()) {
+        let by_vertex = corners.map(|c| (faces.items()[c as usize], c));
+        let (vertex_corners, (edges, edge_corners)) =
+            rayon::join(|| Ragged::group(vertex_count, by_vertex), || find_edges(vertex_count, &faces));
+        // Edges are sorted, so a vertex gets its lower neighbours in order, then its higher ones.
+        let rings = Ragged::group(vertex_count, edges.iter().flat_map(|&[a, b]| [(b, a), (a, b)]));
+        let mut boundary = vec![false; vertex_count];
+        for (ends, corners) in edges.iter().zip(edge_corners.iter()) {
             if corners.len() == 1 {
-                self.boundary[a as usize] = true;
-                self.boundary[b as usize] = true;
+                ends.iter().for_each(|&v| boundary[v as usize] = true);
             }
         }
-        (self.edges, self.edge_corners) = (edges, edge_corners);
-    }
-
-    /// Edges are sorted, so a vertex gets its lower neighbours in order, then its higher ones.
-    fn find_rings(&mut self) {
-        let both = self.edges.iter().flat_map(|&[a, b]| [(b, a), (a, b)]);
-        self.rings = Ragged::group(self.vertex_count, both);
+        Self { vertex_count, faces, corner_face, vertex_corners, edges, edge_corners, rings, boundary }
     }
 
     /// Number of vertices, isolated ones included.
@@ -214,6 +179,27 @@ impl Topology {
         }
         (component, count as usize)
     }
+}
+
+/// Edges sorted by their end points, each with the corners that walk along it in the order of the faces.
+fn find_edges(vertex_count: usize, faces: &Ragged<Index>) -> (Vec<[Index; 2]>, Ragged<Index>) {
+    let halves = faces.iter().zip(0..).flat_map(|(face, f)| {
+        let first = faces.range(f).start as Index;
+        (0..face.len()).map(move |k| {
+            let (a, b) = (face[k], face[(k + 1) % face.len()]);
+            (a.min(b), (a.max(b), first + k as Index))
+        })
+    });
+    let mut halves = Ragged::group(vertex_count, halves);
+    halves.for_each_mut(<[_]>::sort_unstable);
+    let (mut edges, mut edge_corners) = (Vec::new(), Ragged::default());
+    for (low, halves) in (0..).zip(halves.iter()) {
+        for same in halves.chunk_by(|x, y| x.0 == y.0) {
+            edges.push([low, same[0].0]);
+            edge_corners.push(same.iter().map(|half| half.1));
+        }
+    }
+    (edges, edge_corners)
 }
 
 /// Faces that a [`Topology`] takes, and what had to be left out of them.
