@@ -3,6 +3,7 @@
 use crate::ragged::{Index, Ragged};
 use crate::surface::Surface;
 use crate::topology::EdgeKind;
+use crate::union_find::UnionFind;
 use glam::DVec2;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -178,29 +179,22 @@ impl Atlas {
     /// Counts charts, seams and odd faces.
     pub fn charts(&self, surface: &Surface) -> Charts {
         let topology = surface.topology();
-        let mut parent: Vec<Index> = (0..topology.faces().len() as Index).collect();
-        fn root(parent: &mut [Index], mut i: Index) -> Index {
-            while parent[i as usize] != i {
-                parent[i as usize] = parent[parent[i as usize] as usize];
-                i = parent[i as usize];
-            }
-            i
-        }
+        let mut charts = UnionFind::new(topology.faces().len());
         let mut seam_edges = 0;
         for e in 0..topology.edges().len() as Index {
             let corners = topology.edge_corners().get(e);
             if self.is_cut(surface, e) {
                 seam_edges += usize::from(topology.edge_kind(e) == EdgeKind::Interior);
             } else {
-                let [a, b] = [corners[0], corners[1]].map(|c| root(&mut parent, topology.face(c)));
-                parent[a.max(b) as usize] = a.min(b);
+                charts.join(topology.face(corners[0]), topology.face(corners[1]));
             }
         }
         let areas: Vec<Option<f64>> =
             (0..topology.faces().len() as Index).map(|f| self.face_area(surface, f)).collect();
-        let is_chart = |f: usize| parent[f] as usize == f && areas[f].is_some();
+        let chart = charts.into_lowest();
+        let is_first = |f: usize| chart[f] as usize == f && areas[f].is_some();
         Charts {
-            charts: (0..parent.len()).filter(|&f| is_chart(f)).count(),
+            charts: (0..chart.len()).filter(|&f| is_first(f)).count(),
             seam_edges,
             seam_vertices: self.wedges.iter().filter(|wedges| wedges.len() > 1).count(),
             mirrored_faces: areas.iter().flatten().filter(|area| **area < 0.0).count(),

@@ -60,4 +60,5 @@ pub mod sparse;
 pub mod surface;
 pub mod texture;
 pub mod topology;
+mod union_find;
 pub mod weld;

@@ -4,6 +4,7 @@
 //! corner of its face. Nothing is refused: what is not a manifold is listed and left to the reader.
 
 use crate::ragged::{Index, Ragged};
+use crate::union_find::UnionFind;
 use rayon::prelude::*;
 
 /// Polygons with their neighbourhoods.
@@ -136,25 +137,12 @@ impl Topology {
     /// Pieces into which the faces at a vertex fall when joined along its edges.
     fn fans(&self, vertex: Index) -> usize {
         let ring = self.rings.get(vertex);
-        let mut piece: Vec<usize> = (0..ring.len()).collect();
-        let mut pieces = ring.len();
-        let find = |piece: &[usize], mut i: usize| {
-            while piece[i] != i {
-                i = piece[i];
-            }
-            i
-        };
-        for &c in self.corners(vertex) {
-            // Both are neighbours, so both are found.
-            let place = |corner| ring.partition_point(|&n| n < self.vertex(corner));
-            let a = find(&piece, place(self.next(c)));
-            let b = find(&piece, place(self.previous(c)));
-            if a != b {
-                piece[a.max(b)] = a.min(b);
-                pieces -= 1;
-            }
-        }
-        pieces
+        let mut sheets = UnionFind::new(ring.len());
+        // Both are neighbours, so both are found.
+        let place = |corner| ring.partition_point(|&n| n < self.vertex(corner)) as Index;
+        let joined =
+            self.corners(vertex).iter().filter(|&&c| sheets.join(place(self.next(c)), place(self.previous(c))));
+        ring.len() - joined.count()
     }
     /// Component of each vertex, joined along edges, and how many there are; isolated vertices count as one each.
     pub fn components(&self) -> (Vec<Index>, usize) {

@@ -1,6 +1,7 @@
 //! Which `v` lines are one vertex: exporters split a vertex at UV seams, and a smoother must not.
 
 use crate::ragged::Index;
+use crate::union_find::UnionFind;
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
@@ -78,14 +79,7 @@ fn exact_key(p: DVec3) -> [u64; 3] {
 
 /// Lowest index of each cluster, where positions not farther apart than `epsilon` are joined.
 fn merge_within(positions: &[DVec3], epsilon: f64) -> Vec<Index> {
-    let mut parent: Vec<Index> = (0..positions.len() as Index).collect();
-    fn root(parent: &mut [Index], mut i: Index) -> Index {
-        while parent[i as usize] != i {
-            parent[i as usize] = parent[parent[i as usize] as usize];
-            i = parent[i as usize];
-        }
-        i
-    }
+    let mut sets = UnionFind::new(positions.len());
     let cell_of = |p: DVec3| (p / epsilon).floor().to_array().map(|x| x as i64);
     let mut cells: FxHashMap<[i64; 3], Vec<Index>> = FxHashMap::default();
     for (i, &p) in (0..).zip(positions) {
@@ -94,14 +88,13 @@ fn merge_within(positions: &[DVec3], epsilon: f64) -> Vec<Index> {
             let near = [x.saturating_add(dx), y.saturating_add(dy), z.saturating_add(dz)];
             for &j in cells.get(&near).map_or(&[][..], Vec::as_slice) {
                 if positions[j as usize].distance(p) <= epsilon {
-                    let (a, b) = (root(&mut parent, i), root(&mut parent, j));
-                    parent[a.max(b) as usize] = a.min(b);
+                    sets.join(i, j);
                 }
             }
         }
         cells.entry([x, y, z]).or_default().push(i);
     }
-    (0..positions.len() as Index).map(|i| root(&mut parent, i)).collect()
+    sets.into_lowest()
 }
 
 /// The 27 cells that can hold a point within one cell size.

@@ -11,6 +11,7 @@ use super::Size;
 use crate::displacement::Footprint;
 use crate::progress::{Cancelled, Parts, Progress};
 use crate::ragged::{Index, Ragged};
+use crate::union_find::UnionFind;
 use glam::Vec2;
 use rayon::prelude::*;
 
@@ -87,30 +88,21 @@ fn groups(footprints: &[Footprint]) -> Ragged<Index> {
     let mut uses: Vec<(usize, Index)> =
         footprints.iter().zip(0..).flat_map(|(f, i)| f.weights().map(move |(texel, _)| (texel, i))).collect();
     uses.par_sort_unstable();
-    let mut parent: Vec<Index> = (0..footprints.len() as Index).collect();
-    fn root(parent: &mut [Index], mut i: Index) -> Index {
-        while parent[i as usize] != i {
-            parent[i as usize] = parent[parent[i as usize] as usize];
-            i = parent[i as usize];
-        }
-        i
-    }
+    let mut sets = UnionFind::new(footprints.len());
     for pair in uses.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
-        let [a, b] = [pair[0].1, pair[1].1].map(|i| root(&mut parent, i));
-        parent[a.max(b) as usize] = a.min(b);
+        sets.join(pair[0].1, pair[1].1);
     }
     let mut number = vec![Index::MAX; footprints.len()];
     let mut count = 0;
-    let of_sample: Vec<Index> = (0..footprints.len() as Index)
-        .map(|i| {
-            let root = root(&mut parent, i) as usize;
-            if number[root] == Index::MAX {
-                number[root] = count;
-                count += 1;
-            }
-            number[root]
-        })
-        .collect();
+    let of_sample = sets.into_lowest().into_iter().map(|lowest| {
+        let number = &mut number[lowest as usize];
+        if *number == Index::MAX {
+            *number = count;
+            count += 1;
+        }
+        *number
+    });
+    let of_sample: Vec<Index> = of_sample.collect();
     Ragged::group(count as usize, of_sample.into_iter().zip(0..))
 }
 
