@@ -47,7 +47,7 @@ const HEADROOM: f64 = 0.25;
 
 /// Steps of the conjugate gradients, and how often texels may be set to their bounds.
 const STEPS: usize = 150;
-const ROUNDS: usize = 12;
+const ROUNDS: usize = 4;
 
 /// Moves texels (model units, row by row from the top) until samples are met as far as they can be. Gives the number of
 /// dominant samples that are off by more than half a 16-bit quantum.
@@ -67,12 +67,14 @@ pub fn fit(texels: &mut [f32], size: Size, samples: &[Sample], progress: &dyn Pr
     let parts = Parts::new(progress, runs.len());
     let of_run = |run: &&[&[Index]]| {
         parts.run(|| {
-            let solve =
-                |group: &&[Index]| Group::new(group, samples, &footprints, texels, bounds).solve(TOLERANCE * span);
+            let solve = |group: &&[Index]| {
+                Group::new(group, samples, &footprints, texels, bounds).solve(TOLERANCE * span, progress)
+            };
             run.iter().flat_map(solve).collect::<Vec<_>>()
         })
     };
     let solved = runs.par_iter().map(of_run).collect::<Result<Vec<_>, _>>()?;
+    progress.check()?;
     for (texel, height) in solved.into_iter().flatten() {
         texels[texel] = height as f32;
     }
@@ -146,26 +148,26 @@ impl Group {
         Self { places, start, equations, bounds }
     }
 
-    /// New heights of its texels.
-    fn solve(mut self, tolerance: f64) -> Vec<(usize, f64)> {
+    /// New heights of its texels; anything if the work should stop, which a large group has to notice itself.
+    fn solve(mut self, tolerance: f64, progress: &dyn Progress) -> Vec<(usize, f64)> {
         if let [Equation { on_seam: true, height, .. }] = self.equations[..] {
             return self.places.into_iter().map(|place| (place, height)).collect();
         }
-        let (mut texels, met) = self.nearest_solution(tolerance);
+        let (mut texels, met) = self.nearest_solution(tolerance, progress);
         if !met && self.equations.iter().any(|e| e.rank == Rank::Other) {
             // What the shader samples comes first; the other wedges only ask not to be torn open in simple clients.
             self.equations.retain(|e| e.rank == Rank::Dominant);
-            (texels, _) = self.nearest_solution(tolerance);
+            (texels, _) = self.nearest_solution(tolerance, progress);
         }
         self.places.into_iter().zip(texels).collect()
     }
 
     /// Solves within the bounds; whether all equations are met.
-    fn nearest_solution(&self, tolerance: f64) -> (Vec<f64>, bool) {
+    fn nearest_solution(&self, tolerance: f64, progress: &dyn Progress) -> (Vec<f64>, bool) {
         let mut texels = self.start.clone();
         let mut free = vec![true; texels.len()];
         for _ in 0..ROUNDS {
-            let met = self.conjugate_gradients(&mut texels, &free, tolerance);
+            let met = self.conjugate_gradients(&mut texels, &free, tolerance, progress);
             let mut bounded = false;
             for (texel, free) in texels.iter_mut().zip(&mut free) {
                 if *texel < self.bounds[0] || *texel > self.bounds[1] {
@@ -182,7 +184,7 @@ impl Group {
     }
 
     /// CGLS on the free texels; whether all equations are met.
-    fn conjugate_gradients(&self, texels: &mut [f64], free: &[bool], tolerance: f64) -> bool {
+    fn conjugate_gradients(&self, texels: &mut [f64], free: &[bool], tolerance: f64, progress: &dyn Progress) -> bool {
         let mut residual: Vec<f64> = self.equations.iter().map(|e| e.height - e.at(texels)).collect();
         let met = |residual: &[f64]| residual.iter().all(|r| r.abs() <= tolerance);
         let gradient = |residual: &[f64]| {
@@ -200,7 +202,7 @@ impl Group {
         let mut gamma = dot(&s);
         for _ in 0..STEPS {
             // The gradient is of the size of the residual as long as there is anything to gain.
-            if met(&residual) || gamma.sqrt() <= 1e-3 * tolerance {
+            if met(&residual) || gamma.sqrt() <= 1e-3 * tolerance || progress.cancelled() {
                 break;
             }
             let image: Vec<f64> = self.equations.iter().map(|e| e.at(&direction)).collect();
