@@ -249,14 +249,14 @@ impl Maps {
         let spacing = Spacing::new(atlas);
         let choice = match (settings.side, settings.texels) {
             (Some(_), _) => None,
-            (None, Texels::Fitted) => Some(spacing.choose_exact(atlas, &heights, progress)?),
+            (None, Texels::Fitted) => Some(spacing.choose_exact(atlas, &heights, settings.bits, progress)?),
             (None, Texels::Interpolated) => Some(spacing.choose()),
         };
         let side = settings.side.or(choice.map(|choice| choice.side)).unwrap_or_default();
         let coverage = Coverage::new(surface, atlas, Size::square(side), progress)?;
         let mut map = texture::bake(surface, atlas, &heights, &coverage, settings.interpolation, progress)?;
         if settings.texels == Texels::Fitted {
-            texture::fit(&mut map, atlas, &heights, progress)?;
+            texture::fit(&mut map, atlas, &heights, settings.bits, progress)?;
         }
         progress.stage("encoding");
         let [low, high] = map.range();

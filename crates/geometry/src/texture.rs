@@ -15,6 +15,7 @@ mod scatter;
 pub use raster::Coverage;
 
 use crate::atlas::Atlas;
+use crate::displacement::{Bits, Encoding};
 use crate::progress::{Cancelled, Parts, Progress};
 use crate::ragged::Index;
 use crate::surface::Surface;
@@ -136,9 +137,17 @@ pub fn bake(
 }
 
 /// Moves the texels of a map until each wedge samples the height of its vertex (#V, model units), as far as the layout
-/// allows; texels may leave the range of the heights by a quarter of it. Gives the number of vertices that do not get
-/// theirs, to half a 16-bit quantum.
-pub fn fit(map: &mut HeightMap, atlas: &Atlas, heights: &[f64], progress: &dyn Progress) -> Result<usize, Cancelled> {
+/// allows, to an eighth of a quantum of what the map will be encoded in; texels may leave the range of the heights by a
+/// quarter of it. Gives the number of vertices that stay off by more than half a quantum.
+pub fn fit(
+    map: &mut HeightMap,
+    atlas: &Atlas,
+    heights: &[f64],
+    bits: Bits,
+    progress: &dyn Progress,
+) -> Result<usize, Cancelled> {
+    // Texels are in single precision whatever they are encoded in.
+    let tolerance = Encoding { bits, bias: 0.0, scale: 1.0 }.quantum().max(f64::from(f32::EPSILON)) / 8.0;
     let mut samples = Vec::new();
     for (vertex, wedges) in (0..).zip(atlas.wedges().iter()) {
         samples.extend(wedges.iter().map(|&uv| fit::Sample {
@@ -148,7 +157,7 @@ pub fn fit(map: &mut HeightMap, atlas: &Atlas, heights: &[f64], progress: &dyn P
             on_seam: wedges.len() > 1,
         }));
     }
-    fit::fit(&mut map.texels, map.size, &samples, progress)
+    fit::fit(&mut map.texels, map.size, &samples, tolerance, progress)
 }
 
 /// Value at a place in a triangle; never outside the values at its corners, whatever the rounding.

@@ -76,6 +76,9 @@ pub(super) fn measure(
     let largest = displaced.iter().fold(0.0, |m: f32, p| m.max(p.abs().max_element()));
     let quantum = entry.encoding().quantum();
     let ulp = f64::from(largest.next_up() - largest);
+    // What blending four texels in single precision may cost.
+    let rounding = 4.0 * f64::from(f32::EPSILON) * f64::from(entry.encoding().scale);
+    let resolved = |error: &f64| *error <= quantum + ulp + rounding;
     let in_quanta = |error: f64| (quantum > 0.0).then(|| error / quantum);
     Ok(Report {
         max_error,
@@ -88,7 +91,7 @@ pub(super) fn measure(
         mean_error_quanta: in_quanta(mean_error),
         seam_gap: seam_gap.into(),
         coverage: layout.coverage,
-        unresolved_vertices: errors.len() - errors.partition_point(|e| *e <= quantum + ulp),
+        unresolved_vertices: errors.len() - errors.partition_point(resolved),
         crowded_vertices: layout.crowded_vertices,
         smallest_distance: Some(layout.smallest_distance).filter(|d| d.is_finite()),
         out_of_range_vertices: layout.out_of_range_vertices,

@@ -38,9 +38,6 @@ pub enum Rank {
     Other,
 }
 
-/// Residual at which a sample counts as met, as a share of the range of heights: an eighth of a 16-bit quantum.
-const TOLERANCE: f64 = 1.0 / 65535.0 / 8.0;
-
 /// How far texels may leave the range of heights, as a share of it. More of it would meet no more samples that matter,
 /// and cost precision everywhere.
 const HEADROOM: f64 = 0.25;
@@ -49,9 +46,16 @@ const HEADROOM: f64 = 0.25;
 const STEPS: usize = 150;
 const ROUNDS: usize = 4;
 
-/// Moves texels (model units, row by row from the top) until samples are met as far as they can be. Gives the number of
-/// dominant samples that are off by more than half a 16-bit quantum.
-pub fn fit(texels: &mut [f32], size: Size, samples: &[Sample], progress: &dyn Progress) -> Result<usize, Cancelled> {
+/// Moves texels (model units, row by row from the top) until samples are met as far as they can be. `tolerance` is
+/// the residual at which a sample counts as met, as a share of the range of heights. Gives the number of dominant samples
+/// that stay off by more than four times that.
+pub fn fit(
+    texels: &mut [f32],
+    size: Size,
+    samples: &[Sample],
+    tolerance: f64,
+    progress: &dyn Progress,
+) -> Result<usize, Cancelled> {
     progress.stage("fitting");
     let range = samples.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], s| [l.min(s.height), h.max(s.height)]);
     let span = range[1] - range[0];
@@ -68,7 +72,7 @@ pub fn fit(texels: &mut [f32], size: Size, samples: &[Sample], progress: &dyn Pr
     let of_run = |run: &&[&[Index]]| {
         parts.run(|| {
             let solve = |group: &&[Index]| {
-                Group::new(group, samples, &footprints, texels, bounds).solve(TOLERANCE * span, progress)
+                Group::new(group, samples, &footprints, texels, bounds).solve(tolerance * span, progress)
             };
             run.iter().flat_map(solve).collect::<Vec<_>>()
         })
@@ -80,7 +84,7 @@ pub fn fit(texels: &mut [f32], size: Size, samples: &[Sample], progress: &dyn Pr
     }
     let missed = |(sample, footprint): (&Sample, &Footprint)| {
         let sampled: f64 = footprint.weights().map(|(texel, w)| w * f64::from(texels[texel])).sum();
-        sample.rank == Rank::Dominant && (sampled - sample.height).abs() > 4.0 * TOLERANCE * span
+        sample.rank == Rank::Dominant && (sampled - sample.height).abs() > 4.0 * tolerance * span
     };
     Ok(samples.iter().zip(&footprints).filter(|pair| missed(*pair)).count())
 }
@@ -241,7 +245,7 @@ mod tests {
 
     fn fitted(samples: &[Sample]) -> Vec<f32> {
         let mut texels = vec![0.5; SIZE.texels()];
-        fit(&mut texels, SIZE, samples, &Silent).unwrap();
+        fit(&mut texels, SIZE, samples, 2e-6, &Silent).unwrap();
         texels
     }
 

@@ -2,6 +2,7 @@
 
 use super::{HeightMap, Size};
 use crate::atlas::{self, Atlas};
+use crate::displacement::Bits;
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
 use glam::DVec2;
@@ -63,7 +64,13 @@ impl Spacing {
     }
     /// The smallest power of two in [`AUTOMATIC`] at which a fitted map gives each vertex its height (#V, model units);
     /// where there is none, as [`Self::choose`].
-    pub fn choose_exact(&self, atlas: &Atlas, heights: &[f64], progress: &dyn Progress) -> Result<Choice, Cancelled> {
+    pub fn choose_exact(
+        &self,
+        atlas: &Atlas,
+        heights: &[f64],
+        bits: Bits,
+        progress: &dyn Progress,
+    ) -> Result<Choice, Cancelled> {
         let spaced = self.choose();
         if spaced.reason == Reason::Crowded {
             return Ok(spaced);
@@ -73,7 +80,7 @@ impl Spacing {
             // What lies between the samples does not matter for whether they can be met.
             let size = Size::square(side);
             let mut flat = HeightMap { size, texels: vec![0.0; size.texels()] };
-            left.push(super::fit(&mut flat, atlas, heights, progress)?);
+            left.push(super::fit(&mut flat, atlas, heights, bits, progress)?);
             if left.last() == Some(&0) {
                 return Ok(Choice { side, left: 0, reason: Reason::Exact, ..spaced });
             }
@@ -179,7 +186,7 @@ mod tests {
         let heights: Vec<f64> = (0..21 * 21).map(|v| f64::from(v == 50)).collect();
         let spacing = Spacing::new(&atlas);
         assert_eq!(spacing.choose().side, 64);
-        let choice = spacing.choose_exact(&atlas, &heights, &Silent).unwrap();
+        let choice = spacing.choose_exact(&atlas, &heights, Bits::Sixteen, &Silent).unwrap();
         assert!(choice.side > 64 && choice.reason == Reason::Exact, "{choice}");
     }
 
