@@ -125,6 +125,10 @@ pub(crate) struct BakeArgs {
     pub(crate) output: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) method: MethodArgs,
+    /// Bake the way to this mesh instead: the result of any other denoiser, same vertices in the same order
+    #[arg(long, value_name = "DENOISED.obj", help_heading = "Denoising")]
+    #[arg(conflicts_with_all = ["method", "iterations", "step", "weights", "boundary"])]
+    pub(crate) target: Option<PathBuf>,
     /// Strength λ for the normal map and the client settings: 0 leaves the noise, 1 is denoised
     #[arg(long, value_name = "L", default_value_t = 1.0, allow_negative_numbers = true, value_parser = finite, help_heading = "Map")]
     pub(crate) lambda: f64,

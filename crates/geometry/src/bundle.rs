@@ -8,13 +8,16 @@ use crate::apply;
 use crate::atlas::{Atlas, AtlasError};
 use crate::denoise::Denoiser;
 use crate::displacement::{self, Bits, DecodeError, Displacement, Encoding};
-use crate::manifest::{self, Carrier, Clients, DominantUv, Layout, Manifest, MapEntry, NormalMapEntry, Report, Source};
+use crate::manifest::{
+    self, Carrier, Clients, DominantUv, Layout, Manifest, MapEntry, Method, NormalMapEntry, Report, Source, Target,
+};
 use crate::materials::{self, MapStatements};
 use crate::model::{Model, NoFileNormals, NormalSource};
 use crate::normals;
 use crate::obj::{Obj, ObjError};
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
+use crate::surface::Surface;
 use crate::texture::normal_map::{self, Convention};
 use crate::texture::resolution::{Choice, Spacing};
 use crate::texture::tangents;
@@ -25,8 +28,8 @@ use glam::{DVec3, Vec3};
 /// All that can be chosen.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Settings {
-    /// How to denoise.
-    pub method: Denoiser,
+    /// Where the vertices shall go.
+    pub goal: Goal,
     /// How the model was welded; goes into the manifest.
     pub welding: Welding,
     /// Along which normals to displace.
@@ -43,6 +46,48 @@ pub struct Settings {
     pub bits: Bits,
     /// Of the normal map.
     pub convention: Convention,
+}
+
+/// Where the vertices shall go.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Goal {
+    /// Where a method takes them.
+    Denoiser(Denoiser),
+    /// To these places: the heights of any denoised mesh.
+    Target {
+        /// Of the vertices. #V×3, model units
+        positions: Vec<DVec3>,
+        /// Where they are from.
+        target: Target,
+    },
+}
+
+impl Default for Goal {
+    fn default() -> Self {
+        Self::Denoiser(Denoiser::default())
+    }
+}
+
+impl Goal {
+    /// δ = p − p*. #V×3, model units
+    ///
+    /// # Panics
+    /// If a target has not one position for each vertex.
+    pub fn deltas(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
+        match self {
+            Self::Denoiser(denoiser) => denoiser.deltas(surface, progress),
+            Self::Target { positions, .. } => {
+                assert_eq!(positions.len(), surface.positions().len(), "one target for each vertex");
+                Ok(surface.positions().iter().zip(positions).map(|(p, q)| *p - *q).collect())
+            }
+        }
+    }
+    fn method(&self) -> Method {
+        match self {
+            Self::Denoiser(denoiser) => Method::Denoiser(denoiser.clone()),
+            Self::Target { target, .. } => Method::Target(target.clone()),
+        }
+    }
 }
 
 /// Strength: 0 is the source, 1 is denoised.
@@ -157,7 +202,7 @@ pub fn bake(
             vertices: model.obj().positions().len(),
             faces: model.obj().faces().len(),
         },
-        method: settings.method.clone(),
+        method: settings.goal.method(),
         welding: settings.welding,
         normals: settings.normals,
         displacement: MapEntry {
@@ -239,7 +284,7 @@ impl Maps {
         progress: &dyn Progress,
     ) -> Result<Self, BakeError> {
         let surface = model.surface();
-        let deltas = settings.method.deltas(surface, progress)?;
+        let deltas = settings.goal.deltas(surface, progress)?;
         let heights = normals::heights(&deltas, normals);
         drop(deltas);
         if heights.iter().any(|h| !(*h as f32).is_finite()) {

@@ -29,8 +29,8 @@ pub struct Manifest {
     pub planish: u64,
     /// The mesh that was baked.
     pub source: Source,
-    /// How it was denoised: the method's `name` and all its settings, defaults included.
-    pub method: Denoiser,
+    /// How it was denoised.
+    pub method: Method,
     /// Which `v` lines count as one vertex.
     pub welding: Welding,
     /// Where the normals that the map displaces along come from.
@@ -60,6 +60,28 @@ pub struct Source {
     pub vertices: usize,
     /// `f` statements.
     pub faces: usize,
+}
+
+/// How the mesh was denoised; in JSON an object with the field `name`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged, expecting = "`method` is not an object with a `name`")]
+pub enum Method {
+    /// By this, all settings included.
+    Denoiser(Denoiser),
+    /// By somebody else.
+    Target(Target),
+    /// By something that this version does not know; the map can be used all the same.
+    Other(serde_json::Map<String, serde_json::Value>),
+}
+
+/// A mesh that was denoised by other means.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "name", rename = "target", deny_unknown_fields)]
+pub struct Target {
+    /// Its name.
+    pub file: String,
+    /// SHA-256 of its bytes, hexadecimal.
+    pub sha256: String,
 }
 
 /// Where the texels of a vertex are.

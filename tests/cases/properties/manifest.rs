@@ -6,7 +6,7 @@ use glam::DVec3;
 use planish_geometry::bundle::Settings;
 use planish_geometry::denoise::{Boundary, Denoiser, EdgeWeights, Laplacian};
 use planish_geometry::displacement::Bits;
-use planish_geometry::manifest::{LARGEST_SIDE, Manifest};
+use planish_geometry::manifest::{LARGEST_SIDE, Manifest, Method, Target};
 use planish_geometry::model::NormalSource;
 use planish_geometry::texture::Interpolation;
 use planish_geometry::weld::Welding;
@@ -24,12 +24,14 @@ fn welding() -> impl Strategy<Value = Welding> {
     prop_oneof![Just(Welding::Exact), Just(Welding::None), finite().prop_map(Welding::Epsilon)]
 }
 
-fn method() -> impl Strategy<Value = Denoiser> {
+fn method() -> impl Strategy<Value = Method> {
     let weights = select(&[EdgeWeights::Uniform, EdgeWeights::Cotangent][..]);
     let boundary = select(&[Boundary::Fixed, Boundary::Free][..]);
-    (any::<u32>(), finite(), weights, boundary).prop_map(|(iterations, step, weights, boundary)| {
-        Denoiser::Laplacian(Laplacian { iterations, step, weights, boundary })
-    })
+    let denoiser = (any::<u32>(), finite(), weights, boundary).prop_map(|(iterations, step, weights, boundary)| {
+        Method::Denoiser(Denoiser::Laplacian(Laplacian { iterations, step, weights, boundary }))
+    });
+    let target = (".*", ".*").prop_map(|(file, sha256)| Method::Target(Target { file, sha256 }));
+    prop_oneof![denoiser, target]
 }
 
 proptest! {

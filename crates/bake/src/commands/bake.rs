@@ -7,9 +7,9 @@ use crate::failure::Failure;
 use crate::input;
 use crate::output::{self, Folder};
 use planish_geometry::atlas::AtlasError;
-use planish_geometry::bundle::{self, BakeError, Bundle, Lambda, Names, Settings};
+use planish_geometry::bundle::{self, BakeError, Bundle, Goal, Lambda, Names, Settings};
 use planish_geometry::displacement::Bits;
-use planish_geometry::manifest::Report;
+use planish_geometry::manifest::{self, Report, Target};
 use planish_geometry::materials;
 use planish_geometry::model::Model;
 use planish_geometry::progress::Progress as _;
@@ -35,8 +35,9 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
     let model = super::model(input, args.method.weld, console)?;
     let folder = Folder::open(&folder)?;
     let names = names(input, folder.path(), stem);
+    let goal = goal(args, &model, folder.path())?;
     let settings = Settings {
-        method: args.method.denoiser(),
+        goal,
         welding: args.method.weld,
         normals: args.normals.into(),
         lambda: Lambda(args.lambda),
@@ -49,7 +50,7 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
     let libraries = libraries(input, &model, console);
     let textures = libraries.iter().flat_map(|(_, bytes)| materials::textures(bytes)).map(|name| beside(input, &name));
     let mut inputs: Vec<PathBuf> = textures.chain(libraries.iter().map(|(path, _)| path.clone())).collect();
-    inputs.push(input.clone());
+    inputs.extend([input].into_iter().chain(&args.target).cloned());
     let libraries: Vec<Vec<u8>> = libraries.into_iter().map(|l| l.1).collect();
     let relocate = |texture: &str| {
         let place = beside(input, texture);
@@ -73,6 +74,19 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
     };
     console.report(&report, || text(&report));
     Ok(())
+}
+
+fn goal(args: &BakeArgs, model: &Model, folder: &Path) -> Result<Goal, Failure> {
+    let Some(path) = &args.target else { return Ok(Goal::Denoiser(args.method.denoiser())) };
+    let obj = input::obj(path)?;
+    let (found, needed) = (obj.positions().len(), model.obj().positions().len());
+    if found != needed {
+        let reason = format!("has {found} `v` lines, but {} has {needed}", args.input.display());
+        return Err(Failure::at(path, reason));
+    }
+    let positions = model.weld().first().iter().map(|&line| obj.positions()[line as usize]).collect();
+    let target = Target { file: from_folder(path, folder), sha256: manifest::sha256(obj.bytes()) };
+    Ok(Goal::Target { positions, target })
 }
 
 fn texel_bits(args: &BakeArgs) -> Result<Bits, Failure> {

@@ -30,7 +30,7 @@ fn values_that_make_no_sense_are_named() {
         ("/displacement/layout", json!("spiral"), &["spiral"]),
         ("/displacement/lambda", json!(1e300), &["displacement.lambda"]),
         ("/displacement/origin", json!([0.0, 1e300, 0.0]), &["displacement.origin"]),
-        ("/method/name", json!("magic"), &["magic"]),
+        ("/method", json!("magic"), &["method"]),
         ("/dominant_uv/seam_vertices", json!([[0, 1]]), &["dominant_uv.seam_vertices", "count from 1"]),
         ("/dominant_uv/seam_vertices", json!([[1, 0]]), &["dominant_uv.seam_vertices", "count from 1"]),
         ("/dominant_uv/seam_vertices", beyond, &["dominant_uv.seam_vertices", "names no vertex"]),

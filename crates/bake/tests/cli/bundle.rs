@@ -42,6 +42,35 @@ fn the_folder_has_a_default_and_the_size_a_reason() {
 }
 
 #[test]
+fn the_result_of_any_denoiser_can_be_baked() {
+    let folder = Folder::with("in.obj", Mesh::sphere(3).noisy(0.05).obj());
+    folder.succeeds("denoise in.obj -o smooth.obj --iterations 7");
+    let way = "--size 256 --weld exact";
+    let target = folder.succeeds_with_json(&format!("bake in.obj -o target --target smooth.obj {way}"));
+    folder.succeeds(&format!("bake in.obj -o method --iterations 7 {way}"));
+    for name in ["in.displacement.png", "in.normal.png", "in.obj"] {
+        assert!(folder.bytes(&format!("target/{name}")) == folder.bytes(&format!("method/{name}")), "{name}");
+    }
+    let method = &target["manifest"]["method"];
+    assert_eq!((&method["name"], &method["file"]), (&json!("target"), &json!("../smooth.obj")));
+    folder.succeeds("apply target/in.planish.json -o out.obj");
+
+    folder.write("other.obj", Mesh::grid(3).obj());
+    folder.refuses("bake in.obj --target other.obj", &["other.obj", "16 `v` lines", "in.obj"]);
+    folder.refuses_usage("bake in.obj --target smooth.obj --iterations 3", &["--target", "--iterations"]);
+}
+
+#[test]
+fn a_method_of_a_later_version_does_not_stop_the_map() {
+    let folder = Folder::with("in.obj", Mesh::grid(4).noisy(0.05).obj());
+    folder.succeeds("bake in.obj -o out");
+    let mut manifest = folder.json("out/in.planish.json");
+    manifest["method"] = json!({ "name": "clairvoyance", "depth": 3 });
+    folder.write("out/in.planish.json", manifest.to_string());
+    folder.succeeds("apply out/in.planish.json -o out.obj");
+}
+
+#[test]
 fn the_manifest_holds_every_setting_defaults_included() {
     let folder = Folder::with("in.obj", Mesh::grid(4).obj());
     let method = |printed: &serde_json::Value| {
