@@ -76,12 +76,26 @@ pub enum Method {
 
 /// A mesh that was denoised by other means.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(tag = "name", rename = "target", deny_unknown_fields)]
 pub struct Target {
+    name: TargetName,
     /// Its name.
     pub file: String,
     /// SHA-256 of its bytes, hexadecimal.
     pub sha256: String,
+}
+
+/// Tells a target from a method.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum TargetName {
+    Target,
+}
+
+impl Target {
+    /// A mesh by its name and the SHA-256 of its bytes.
+    pub fn new(file: String, sha256: String) -> Self {
+        Self { name: TargetName::Target, file, sha256 }
+    }
 }
 
 /// Where the texels of a vertex are.

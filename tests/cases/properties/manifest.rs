@@ -30,7 +30,7 @@ fn method() -> impl Strategy<Value = Method> {
     let denoiser = (any::<u32>(), finite(), weights, boundary).prop_map(|(iterations, step, weights, boundary)| {
         Method::Denoiser(Denoiser::Laplacian(Laplacian { iterations, step, weights, boundary }))
     });
-    let target = (".*", ".*").prop_map(|(file, sha256)| Method::Target(Target { file, sha256 }));
+    let target = (".*", ".*").prop_map(|(file, sha256)| Method::Target(Target::new(file, sha256)));
     prop_oneof![denoiser, target]
 }
 

@@ -85,7 +85,7 @@ fn goal(args: &BakeArgs, model: &Model, folder: &Path) -> Result<Goal, Failure> 
         return Err(Failure::at(path, reason));
     }
     let positions = model.weld().first().iter().map(|&line| obj.positions()[line as usize]).collect();
-    let target = Target { file: from_folder(path, folder), sha256: manifest::sha256(obj.bytes()) };
+    let target = Target::new(from_folder(path, folder), manifest::sha256(obj.bytes()));
     Ok(Goal::Target { positions, target })
 }
 
