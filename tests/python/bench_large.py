@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Times `planish bake` on a mesh with a million vertices, in pairs with what PyMeshLab does to the same file.
+"""Times planish on a mesh with a million vertices, in pairs with what PyMeshLab does to the same file.
 
     cargo build --release && pip install numpy pymeshlab && python tests/python/bench_large.py [--pairs 3]
 
-planish reads, takes ten Laplacian steps, bakes a 2048² map and a normal map, writes them with the carrier, reads them
-back and measures the error. PyMeshLab reads, takes ten Laplacian steps and writes the mesh. The two take turns, so
-that a machine that drifts drifts for both. Printed: wall and CPU seconds and peak memory of each whole process, the
+`planish bake` reads, takes ten Laplacian steps, bakes a 2048² map and a normal map, reads them and the carrier back,
+measures the error and writes them. `planish denoise` and PyMeshLab read, take ten steps and write the mesh. They take
+turns, so that a machine that drifts drifts for all. Printed: wall and CPU seconds and peak memory of each whole process, the
 ratio pair by pair, and the share of each stage of planish.
 """
 import argparse, json, os, statistics, subprocess, sys, tempfile, time
@@ -61,19 +61,24 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         mesh = Path(folder) / "tube.obj"
         write_tube(mesh)
-        bake = [planish, "bake", mesh, "-o", f"{folder}/out", "--iterations", "10", "--size", "2048", "--json", "-v"]
-        ours, theirs = [], []
+        ten_steps = ["--iterations", "10", "--json", "-v"]
+        commands = {
+            "planish bake": [planish, "bake", mesh, "-o", f"{folder}/out", "--size", "2048", *ten_steps],
+            "planish denoise": [planish, "denoise", mesh, "-o", f"{folder}/denoised.obj", *ten_steps],
+            "PyMeshLab": [sys.executable, "-c", PEER, mesh, f"{folder}/peer.obj"],
+        }
+        runs = {name: [] for name in commands}
         for _ in range(pairs):
-            ours.append(run(list(map(str, bake))))
-            theirs.append(run([sys.executable, "-c", PEER, str(mesh), f"{folder}/peer.obj"]))
-        for name, runs in [("planish", ours), ("PyMeshLab", theirs)]:
-            wall, cpu, memory = (statistics.median(r[k] for r in runs) for k in range(3))
-            print(f"{name:10} {wall:7.2f} s wall {cpu:7.2f} s CPU {memory:7.0f} MB")
-        ratios = sorted(a[0] / b[0] for a, b in zip(ours, theirs))
-        print("planish / PyMeshLab, wall:", " ".join(f"{r:.3f}" for r in ratios))
-        seconds = json.loads(ours[-1][3])["seconds"]
-        for stage, s in seconds.items():
-            print(f"  {stage:16} {s:7.3f} s {100 * s / seconds['total']:5.1f} %")
+            for name, command in commands.items():
+                runs[name].append(run(list(map(str, command))))
+    for name, of in runs.items():
+        wall, cpu, memory = (statistics.median(r[k] for r in of) for k in range(3))
+        ratios = sorted(ours[0] / theirs[0] for ours, theirs in zip(of, runs["PyMeshLab"]))
+        shown = " ".join(f"{ratio:.3f}" for ratio in ratios)
+        print(f"{name:15} {wall:6.2f} s wall {cpu:6.2f} s CPU {memory:6.0f} MB, wall / PyMeshLab: {shown}")
+    seconds = json.loads(runs["planish bake"][-1][3])["seconds"]
+    for stage, s in seconds.items():
+        print(f"  {stage:16} {s:7.3f} s {100 * s / seconds['total']:5.1f} %")
 
 
 if __name__ == "__main__":
