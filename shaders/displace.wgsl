@@ -12,6 +12,11 @@ struct Displacement {
 @group(1) @binding(0) var height_map: texture_2d<f32>;
 @group(1) @binding(1) var<uniform> displacement: Displacement;
 
+/// In this form, other than in that of `mix`, equal values give just that value, whatever the weight.
+fn blend(a: f32, b: f32, w: f32) -> f32 {
+    return a + (b - a) * w;
+}
+
 /// Height at a texture coordinate (v up, as in OBJ), in model units: bilinear between texel centres, clamped to the edge.
 ///
 /// By hand and not by a sampler: R32Float cannot be filtered everywhere, filters round their weights to a
@@ -24,9 +29,9 @@ fn height_at(uv: vec2f) -> f32 {
     let last = vec2i(size) - 1;
     let a = clamp(vec2i(low), vec2i(0), last);
     let b = clamp(vec2i(low) + 1, vec2i(0), last);
-    let top = mix(textureLoad(height_map, a, 0).r, textureLoad(height_map, vec2i(b.x, a.y), 0).r, w.x);
-    let bottom = mix(textureLoad(height_map, vec2i(a.x, b.y), 0).r, textureLoad(height_map, b, 0).r, w.x);
-    return displacement.bias + displacement.scale * mix(top, bottom, w.y);
+    let top = blend(textureLoad(height_map, a, 0).r, textureLoad(height_map, vec2i(b.x, a.y), 0).r, w.x);
+    let bottom = blend(textureLoad(height_map, vec2i(a.x, b.y), 0).r, textureLoad(height_map, b, 0).r, w.x);
+    return displacement.bias + displacement.scale * blend(top, bottom, w.y);
 }
 
 /// Where a vertex goes: p' = p − λ · height · n. The map holds how far the noise lifted the vertex, hence the minus.

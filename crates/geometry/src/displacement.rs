@@ -205,10 +205,10 @@ impl Displacement {
     pub fn height_at(&self, uv: Vec2) -> f32 {
         let Footprint { texels: [a, b, c, d], w } = Footprint::new(uv, self.size);
         // In this form equal texels give just that value, whatever the weight.
-        let mix = |a: f32, b: f32, w: f32| a + (b - a) * w;
-        let top = mix(self.texels[a], self.texels[b], w.x);
-        let bottom = mix(self.texels[c], self.texels[d], w.x);
-        self.encoding.bias + self.encoding.scale * mix(top, bottom, w.y)
+        let blend = |a: f32, b: f32, w: f32| a + (b - a) * w;
+        let top = blend(self.texels[a], self.texels[b], w.x);
+        let bottom = blend(self.texels[c], self.texels[d], w.x);
+        self.encoding.bias + self.encoding.scale * blend(top, bottom, w.y)
     }
 }
 
