@@ -1,7 +1,8 @@
 //! The command line, as clap reads it; the doc comments are the help.
 
+use crate::failure::Failure;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use planish_geometry::denoise::{Boundary, Denoiser, EdgeWeights, Laplacian};
+use planish_geometry::denoise::{Boundary, Denoiser, EdgeWeights, Laplacian, Taubin};
 use planish_geometry::displacement::Bits;
 use planish_geometry::manifest::LARGEST_SIDE;
 use planish_geometry::model::NormalSource;
@@ -83,12 +84,15 @@ pub(crate) struct MethodArgs {
     /// Denoising method
     #[arg(long, value_enum, default_value_t)]
     method: MethodArg,
-    /// Number of smoothing steps
-    #[arg(long, value_name = "N", default_value_t = Laplacian::default().iterations, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(..=100_000))]
-    iterations: u32,
-    /// Share of the way to the mean of the neighbours that a step goes, 0 to 1
-    #[arg(long, value_name = "S", default_value_t = Laplacian::default().step, allow_negative_numbers = true, value_parser = in_unit_interval)]
-    step: f64,
+    /// Number of smoothing steps; of pairs of steps with taubin [default: 3, taubin: 10]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=100_000), allow_negative_numbers = true)]
+    iterations: Option<u32>,
+    /// Share of the way to the mean of the neighbours that a step goes, 0 to 1 [default: 0.5]
+    #[arg(long, value_name = "S", value_parser = in_unit_interval, allow_negative_numbers = true)]
+    step: Option<f64>,
+    /// The step away from the mean that follows each step of taubin, −1.5 to 0 [default: -0.53]
+    #[arg(long, value_name = "MU", value_parser = inflation, allow_negative_numbers = true)]
+    inflate: Option<f64>,
     /// Weights of the neighbours
     #[arg(long, value_enum, default_value_t)]
     weights: WeightsArg,
@@ -103,14 +107,31 @@ pub(crate) struct MethodArgs {
 }
 
 impl MethodArgs {
-    pub(crate) fn denoiser(&self) -> Denoiser {
+    pub(crate) fn denoiser(&self) -> Result<Denoiser, Failure> {
+        let (weights, boundary) = (self.weights.into(), self.boundary.into());
         match self.method {
-            MethodArg::Laplacian => Denoiser::Laplacian(Laplacian {
-                iterations: self.iterations,
-                step: self.step,
-                weights: self.weights.into(),
-                boundary: self.boundary.into(),
-            }),
+            MethodArg::Laplacian => {
+                if self.inflate.is_some() {
+                    return Err(Failure::Input("--inflate goes with --method taubin".to_owned()));
+                }
+                let Laplacian { iterations, step, .. } = Laplacian::default();
+                Ok(Denoiser::Laplacian(Laplacian {
+                    iterations: self.iterations.unwrap_or(iterations),
+                    step: self.step.unwrap_or(step),
+                    weights,
+                    boundary,
+                }))
+            }
+            MethodArg::Taubin => {
+                let Taubin { iterations, step, inflate, .. } = Taubin::default();
+                Ok(Denoiser::Taubin(Taubin {
+                    iterations: self.iterations.unwrap_or(iterations),
+                    step: self.step.unwrap_or(step),
+                    inflate: self.inflate.unwrap_or(inflate),
+                    weights,
+                    boundary,
+                }))
+            }
         }
     }
 }
@@ -127,7 +148,7 @@ pub(crate) struct BakeArgs {
     pub(crate) method: MethodArgs,
     /// Bake the way to this mesh instead: the result of any other denoiser, same vertices in the same order
     #[arg(long, value_name = "DENOISED.obj", help_heading = "Denoising")]
-    #[arg(conflicts_with_all = ["method", "iterations", "step", "weights", "boundary"])]
+    #[arg(conflicts_with_all = ["method", "iterations", "step", "inflate", "weights", "boundary"])]
     pub(crate) target: Option<PathBuf>,
     /// Strength λ for the normal map and the client settings: 0 leaves the noise, 1 is denoised
     #[arg(long, value_name = "L", default_value_t = 1.0, allow_negative_numbers = true, value_parser = finite, help_heading = "Map")]
@@ -252,6 +273,8 @@ enum MethodArg {
     /// Steps towards the mean of the neighbours
     #[default]
     Laplacian,
+    /// The same without shrinking: each step is followed by one away from the mean
+    Taubin,
 }
 
 choice!(WeightsArg => EdgeWeights {
@@ -368,6 +391,10 @@ fn finite(text: &str) -> Result<f64, String> {
 
 fn not_negative(text: &str) -> Result<f64, String> {
     number(text, |x| (0.0..=1e6).contains(&x), "not a number between 0 and 1000000")
+}
+
+fn inflation(text: &str) -> Result<f64, String> {
+    number(text, |x| (-1.5..=0.0).contains(&x), "not a number between −1.5 and 0")
 }
 
 fn in_unit_interval(text: &str) -> Result<f64, String> {

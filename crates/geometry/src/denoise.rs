@@ -1,8 +1,10 @@
 //! Every method answers one question: how far is each vertex off?
 
 mod laplacian;
+mod taubin;
 
 pub use laplacian::{Boundary, EdgeWeights, Laplacian};
+pub use taubin::Taubin;
 
 use crate::progress::{Cancelled, Progress};
 use crate::surface::Surface;
@@ -16,6 +18,8 @@ use serde::{Deserialize, Serialize};
 pub enum Denoiser {
     /// Steps towards the mean of the neighbours.
     Laplacian(Laplacian),
+    /// The same without shrinking.
+    Taubin(Taubin),
 }
 
 impl Default for Denoiser {
@@ -30,6 +34,7 @@ impl Denoiser {
         progress.stage("denoising");
         match self {
             Self::Laplacian(settings) => laplacian::deltas(surface, settings, progress),
+            Self::Taubin(settings) => taubin::deltas(surface, settings, progress),
         }
     }
     /// p*ᵢ = pᵢ − δᵢ. #V×3, model units.
@@ -55,6 +60,7 @@ mod tests {
         for weights in [EdgeWeights::Uniform, EdgeWeights::Cotangent] {
             for boundary in [Boundary::Fixed, Boundary::Free] {
                 all.push(Denoiser::Laplacian(Laplacian { iterations: 5, step: 0.5, weights, boundary }));
+                all.push(Denoiser::Taubin(Taubin { iterations: 3, weights, boundary, ..Taubin::default() }));
             }
         }
         all
@@ -98,7 +104,8 @@ mod tests {
         for denoiser in every() {
             for (v, delta) in (0..).zip(deltas(&denoiser, &plane)) {
                 assert!(delta.z.abs() < 1e-14, "{denoiser:?}: {delta}");
-                let Denoiser::Laplacian(Laplacian { boundary, .. }) = denoiser;
+                let (Denoiser::Laplacian(Laplacian { boundary, .. }) | Denoiser::Taubin(Taubin { boundary, .. })) =
+                    denoiser;
                 if boundary == Boundary::Fixed && plane.topology().is_boundary(v) {
                     assert_eq!(delta, DVec3::ZERO, "{denoiser:?}");
                 }

@@ -77,7 +77,7 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
 }
 
 fn goal(args: &BakeArgs, model: &Model, folder: &Path) -> Result<Goal, Failure> {
-    let Some(path) = &args.target else { return Ok(Goal::Denoiser(args.method.denoiser())) };
+    let Some(path) = &args.target else { return args.method.denoiser().map(Goal::Denoiser) };
     let obj = input::obj(path)?;
     let (found, needed) = (obj.positions().len(), model.obj().positions().len());
     if found != needed {

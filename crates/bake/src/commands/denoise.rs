@@ -19,10 +19,10 @@ struct Denoised {
 }
 
 pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> {
+    let method = args.method.denoiser()?;
     let output = Output::open(&args.output, &[&args.input])?;
     let model = super::model(&args.input, args.method.weld, console)?;
     let surface = model.surface();
-    let method = args.method.denoiser();
     let deltas = method.deltas(surface, console)?;
     let places: Vec<_> = surface.positions().iter().zip(&deltas).map(|(p, d)| *p - *d).collect();
     if let Some(v) = places.iter().position(|p| !p.is_finite()) {

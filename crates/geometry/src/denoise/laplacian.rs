@@ -9,6 +9,7 @@
 use crate::laplacian;
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
+use crate::sparse::Csr;
 use crate::surface::Surface;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -63,37 +64,62 @@ pub(super) fn deltas(
     settings: &Laplacian,
     progress: &dyn Progress,
 ) -> Result<Vec<DVec3>, Cancelled> {
-    let topology = surface.topology();
-    let cotangents = match settings.weights {
-        EdgeWeights::Uniform => None,
-        EdgeWeights::Cotangent => Some(laplacian::cotangent(surface)),
-    };
-    let towards_mean = |positions: &[DVec3]| match &cotangents {
-        None => laplacian::uniform(topology, positions),
-        Some(matrix) => {
-            let mean = |(v, &p): (usize, &DVec3)| {
-                let row = matrix.row(v as Index).iter().filter(|&&(j, w)| j as usize != v && w > 0.0);
-                let (sum, total) = row.fold((DVec3::ZERO, 0.0), |(sum, total), &(j, w)| {
-                    (sum + (positions[j as usize] - p) * w, total + w)
-                });
-                if total > 0.0 { sum / total } else { DVec3::ZERO }
-            };
-            positions.par_iter().enumerate().map(mean).collect()
-        }
-    };
-    let fixed = |v: usize| settings.boundary == Boundary::Fixed && topology.is_boundary(v as Index);
-    let mut positions = surface.positions().to_vec();
-    for iteration in 0..settings.iterations {
-        progress.check()?;
-        let steps = towards_mean(&positions);
-        positions.par_iter_mut().zip(steps).enumerate().for_each(|(v, (x, step))| {
-            if !fixed(v) {
-                *x += settings.step * step;
-            }
-        });
-        progress.done(f64::from(iteration + 1) / f64::from(settings.iterations));
+    let steps = (0..settings.iterations).map(|_| settings.step);
+    Smoother::new(surface, settings.weights, settings.boundary).deltas(steps, settings.iterations as usize, progress)
+}
+
+/// Takes steps towards the means of the neighbours, or away from them.
+pub(super) struct Smoother<'a> {
+    surface: &'a Surface,
+    cotangents: Option<Csr>,
+    boundary: Boundary,
+}
+
+impl<'a> Smoother<'a> {
+    pub(super) fn new(surface: &'a Surface, weights: EdgeWeights, boundary: Boundary) -> Self {
+        let cotangents = match weights {
+            EdgeWeights::Uniform => None,
+            EdgeWeights::Cotangent => Some(laplacian::cotangent(surface)),
+        };
+        Self { surface, cotangents, boundary }
     }
-    Ok(surface.positions().iter().zip(positions).map(|(p, x)| *p - x).collect())
+
+    /// δ after `count` steps. #V×3, model units; zero where a vertex stays.
+    pub(super) fn deltas(
+        &self,
+        steps: impl Iterator<Item = f64>,
+        count: usize,
+        progress: &dyn Progress,
+    ) -> Result<Vec<DVec3>, Cancelled> {
+        let topology = self.surface.topology();
+        let fixed = |v: usize| self.boundary == Boundary::Fixed && topology.is_boundary(v as Index);
+        let mut positions = self.surface.positions().to_vec();
+        for (done, step) in (1..).zip(steps) {
+            progress.check()?;
+            let towards_mean = self.towards_mean(&positions);
+            positions.par_iter_mut().zip(towards_mean).enumerate().for_each(|(v, (x, way))| {
+                if !fixed(v) {
+                    *x += step * way;
+                }
+            });
+            progress.done(f64::from(done) / count as f64);
+        }
+        Ok(self.surface.positions().iter().zip(positions).map(|(p, x)| *p - x).collect())
+    }
+
+    /// From each vertex to the mean of its neighbours. #V×3, model units.
+    fn towards_mean(&self, positions: &[DVec3]) -> Vec<DVec3> {
+        let Some(matrix) = &self.cotangents else {
+            return laplacian::uniform(self.surface.topology(), positions);
+        };
+        let mean = |(v, &p): (usize, &DVec3)| {
+            let row = matrix.row(v as Index).iter().filter(|&&(j, w)| j as usize != v && w > 0.0);
+            let (sum, total) = row
+                .fold((DVec3::ZERO, 0.0), |(sum, total), &(j, w)| (sum + (positions[j as usize] - p) * w, total + w));
+            if total > 0.0 { sum / total } else { DVec3::ZERO }
+        };
+        positions.par_iter().enumerate().map(mean).collect()
+    }
 }
 
 #[cfg(test)]
