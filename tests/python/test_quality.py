@@ -1,0 +1,41 @@
+"""Methods against the figures that other programs reached with the same parameters, where ../shared has them."""
+
+import csv
+import json
+import subprocess
+
+import pytest
+
+from conftest import SHARED
+
+# Column of the manifest, and the options that mean the same.
+METHODS = {
+    "Ea_lap_it3": ["--method", "laplacian", "--iterations", "3", "--step", "0.5"],
+    "Ea_taubin_it10": ["--method", "taubin", "--iterations", "10", "--step", "0.5", "--inflate", "-0.53"],
+}
+
+
+def cases():
+    """Clean file, noisy file, options and Ea in degrees of every figure there is."""
+    manifest = SHARED / "data" / "MANIFEST.tsv"
+    if not manifest.is_file():
+        return
+    with open(manifest, encoding="utf-8", newline="") as lines:
+        for row in csv.DictReader(lines, delimiter="\t", quoting=csv.QUOTE_NONE):
+            for column, options in METHODS.items():
+                if row["clean"] != "-" and row[column] != "-":
+                    files = [manifest.parent / row[name] for name in ("clean", "noisy")]
+                    yield pytest.param(*files, options, float(row[column]), id=f"{row['name']}-{column}")
+
+
+NONE = pytest.param(None, None, None, None, id="shared", marks=pytest.mark.skip(reason="no ../shared/data"))
+
+
+@pytest.mark.parametrize(("clean", "noisy", "options", "reference"), list(cases()) or [NONE])
+def test_a_method_reaches_the_reference(planish, tmp_path, clean, noisy, options, reference):
+    result = tmp_path / "result.obj"
+    subprocess.run([planish, "denoise", noisy, "-o", result, "--quiet", *options], check=True)
+    printed = subprocess.run([planish, "compare", clean, result, "--json"], check=True, capture_output=True).stdout
+    found = json.loads(printed)["results"][0]["Ea_deg"]
+    # The references move the boundary and planish does not: 2 % on the mesh with the longest one.
+    assert abs(found / reference - 1) < 0.03, f"{found:.3f} against {reference}"
