@@ -1,0 +1,159 @@
+//! Values of options: the choices and the numbers that are allowed.
+
+use clap::ValueEnum;
+use planish_geometry::denoise::{Boundary, EdgeWeights};
+use planish_geometry::displacement::Bits;
+use planish_geometry::manifest::LARGEST_SIDE;
+use planish_geometry::model::NormalSource;
+use planish_geometry::texture::normal_map::Convention;
+use planish_geometry::texture::{Interpolation, Texels};
+use planish_geometry::weld::Welding;
+
+/// An enum that clap lists as choices, and what each stands for in the library.
+macro_rules! choice {
+    ($(#[$meta:meta])* $name:ident => $target:ty { $($(#[$help:meta])* $variant:ident => $value:expr),+ $(,)? }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+        pub(crate) enum $name { $($(#[$help])* $variant),+ }
+
+        impl From<$name> for $target {
+            fn from(choice: $name) -> Self {
+                match choice { $($name::$variant => $value),+ }
+            }
+        }
+    };
+}
+
+/// Methods by name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(super) enum MethodArg {
+    /// Steps towards the mean of the neighbours
+    #[default]
+    Laplacian,
+    /// The same without shrinking: each step is followed by one away from the mean
+    Taubin,
+}
+
+choice!(WeightsArg => EdgeWeights {
+    /// All the same
+    #[default]
+    Uniform => EdgeWeights::Uniform,
+    /// Cotangents of the angles opposite
+    Cotangent => EdgeWeights::Cotangent,
+});
+
+choice!(BoundaryArg => Boundary {
+    /// The rim stays
+    #[default]
+    Fixed => Boundary::Fixed,
+    /// The rim moves like the rest, and shrinks
+    Free => Boundary::Free,
+});
+
+choice!(NormalsArg => NormalSource {
+    /// Those of the file, averaged at each vertex
+    File => NormalSource::File,
+    /// Mean of the faces' normals
+    Uniform => NormalSource::Uniform,
+    /// Weighted by area
+    Area => NormalSource::Area,
+    /// Weighted by angle, as Blender's
+    #[default]
+    Angle => NormalSource::Angle,
+});
+
+choice!(InterpolationArg => Interpolation {
+    /// Linear on the triangles of the mesh
+    #[default]
+    Barycentric => Interpolation::Barycentric,
+    /// Natural neighbours of the samples
+    Natural => Interpolation::Natural,
+    /// Inverse distance to the eight nearest samples
+    Idw => Interpolation::Idw,
+    /// The nearest sample
+    Nearest => Interpolation::Nearest,
+});
+
+choice!(TexelsArg => Texels {
+    /// Moved until sampling gives each vertex its very height
+    #[default]
+    Fitted => Texels::Fitted,
+    /// Left as interpolated
+    Interpolated => Texels::Interpolated,
+});
+
+choice!(ConventionArg => Convention {
+    /// Green up
+    #[default]
+    Opengl => Convention::OpenGl,
+    /// Green down
+    Directx => Convention::DirectX,
+});
+
+choice!(DirectionArg => planish_geometry::noise::Direction {
+    /// Along the vertex normal
+    #[default]
+    Normal => planish_geometry::noise::Direction::Normal,
+    /// In a random direction
+    Random => planish_geometry::noise::Direction::Random,
+});
+
+/// File formats.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum FormatArg {
+    /// 8 or 16 bits
+    Png,
+    /// 32-bit floating point
+    Exr,
+}
+
+/// `--size`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct SideArg(pub(crate) Option<u32>);
+
+pub(super) fn side(text: &str) -> Result<SideArg, String> {
+    if text == "auto" {
+        return Ok(SideArg(None));
+    }
+    match text.parse() {
+        Ok(side) if (1..=LARGEST_SIDE).contains(&side) => Ok(SideArg(Some(side))),
+        _ => Err(format!("a size is `auto` or a number from 1 to {LARGEST_SIDE}")),
+    }
+}
+
+pub(super) fn bits(text: &str) -> Result<Bits, String> {
+    let number: u32 = text.parse().map_err(|_| "a texel has 8, 16 or 32 bits".to_owned())?;
+    Bits::try_from(number)
+}
+
+pub(super) fn welding(text: &str) -> Result<Welding, String> {
+    match text {
+        "exact" => Ok(Welding::Exact),
+        "none" => Ok(Welding::None),
+        _ => match text.parse() {
+            Ok(epsilon) if f64::is_finite(epsilon) && epsilon > 0.0 => Ok(Welding::Epsilon(epsilon)),
+            _ => Err("welding is `exact`, `none` or a distance greater than 0".to_owned()),
+        },
+    }
+}
+
+fn number(text: &str, fine: impl Fn(f64) -> bool, rule: &str) -> Result<f64, String> {
+    let parsed: Result<f64, _> = text.parse();
+    parsed.ok().filter(|x| x.is_finite() && fine(*x)).ok_or_else(|| rule.to_owned())
+}
+
+pub(super) fn finite(text: &str) -> Result<f64, String> {
+    number(text, |x| x.abs() <= 1e6, "not a number between −1000000 and 1000000")
+}
+
+pub(super) fn not_negative(text: &str) -> Result<f64, String> {
+    number(text, |x| (0.0..=1e6).contains(&x), "not a number between 0 and 1000000")
+}
+
+pub(super) fn inflation(text: &str) -> Result<f64, String> {
+    number(text, |x| (-1.5..=0.0).contains(&x), "not a number between −1.5 and 0")
+}
+
+pub(super) fn in_unit_interval(text: &str) -> Result<f64, String> {
+    number(text, |x| (0.0..=1.0).contains(&x), "not a number between 0 and 1")
+}
