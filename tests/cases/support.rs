@@ -1,10 +1,10 @@
 //! Meshes, and what must be true of a bundle made from one.
 
-use glam::{DVec2, DVec3, Vec2, Vec3};
-use planish_geometry::apply::{self, ShaderVertex};
+use glam::{DVec2, DVec3, Vec3};
+use planish_geometry::apply::{self, Places, ShaderVertex};
 use planish_geometry::bundle::{self, Bundle, Names, Settings};
-use planish_geometry::displacement::Displacement;
-use planish_geometry::manifest::Manifest;
+use planish_geometry::displacement::{Displacement, Place, Weights};
+use planish_geometry::manifest::{Layout, Manifest};
 use planish_geometry::model::Model;
 use planish_geometry::normals;
 use planish_geometry::obj::Obj;
@@ -83,17 +83,17 @@ impl Read {
         let bytes = |name: &str| &bundle.files.iter().find(|file| file.name == name).unwrap().bytes;
         let manifest = Manifest::from_json(&bundle.files.last().unwrap().bytes).unwrap();
         let entry = &manifest.displacement;
-        let map = Displacement::decode(bytes(&entry.file), entry.size(), entry.encoding()).unwrap();
+        let map = Displacement::decode(bytes(&entry.file), entry.map, entry.size(), entry.encoding()).unwrap();
         let carrier = Obj::parse(bytes(&manifest.carrier.obj).clone()).unwrap();
         Self { manifest, map, carrier }
     }
 
-    /// Where a shader puts each corner of each face at λ = 1: at the place that the manifest names for its `v` line,
-    /// or else at its own texture coordinates. Relative to the manifest's origin.
+    /// Where a shader puts each corner of each face at λ = 1: by the texel of its `v` line, or the place that the manifest
+    /// names for it, or else its own texture coordinates. Relative to the manifest's origin.
     fn displaced_corners(&self) -> impl Iterator<Item = (usize, Vec3)> + '_ {
         let origin = self.manifest.displacement.origin;
         let mut dominant = vec![None; self.carrier.positions().len()];
-        for [v, vt] in self.manifest.dominant_uv.pairs() {
+        for [v, vt] in self.manifest.dominant_pairs() {
             dominant[v as usize] = Some(vt);
         }
         self.carrier.faces().items().iter().map(move |corner| {
@@ -101,7 +101,13 @@ impl Read {
             let vertex = ShaderVertex {
                 position: (self.carrier.positions()[v] - origin).as_vec3(),
                 normal: self.carrier.normals()[corner.normal().unwrap() as usize].as_vec3(),
-                uv: dominant[v].or(corner.uv()).map(|vt| self.carrier.uvs()[vt as usize].as_vec2()),
+                place: match self.manifest.displacement.layout {
+                    Layout::Uv => dominant[v]
+                        .or(corner.uv())
+                        .map(|vt| Place::Uv(self.carrier.uvs()[vt as usize].as_vec2())),
+                    Layout::Vertex => Some(Place::Texel(corner.position)),
+                },
+                ..ShaderVertex::default()
             };
             (v, vertex.displaced(&self.map, 1.0))
         })
@@ -138,6 +144,8 @@ pub(crate) fn keeps_its_promises(model: &Model, settings: &Settings, bundle: &Bu
 
 /// Height that the map gives a vertex where a shader samples it.
 pub(crate) fn sampled(read: &Read) -> impl Iterator<Item = f32> + '_ {
-    let vertices = apply::carrier_vertices(&read.carrier, &read.manifest.dominant_uv.pairs(), DVec3::ZERO);
-    vertices.into_iter().filter_map(|v| v.uv).map(|uv: Vec2| read.map.height_at(uv))
+    let pairs = read.manifest.dominant_pairs();
+    let places = Places::new(read.manifest.displacement.layout, &pairs);
+    let vertices = apply::carrier_vertices(&read.carrier, places, DVec3::ZERO);
+    vertices.into_iter().filter_map(|v| v.place).map(|place| read.map.height_at(place, Weights::Exact))
 }

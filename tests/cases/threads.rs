@@ -2,8 +2,8 @@
 
 use crate::support::{bake, model, obj_text};
 use glam::DVec2;
-use planish_geometry::bundle::Settings;
-use planish_geometry::displacement::Bits;
+use planish_geometry::bundle::{LayoutChoice, Settings};
+use planish_geometry::displacement::TexelFormat;
 use planish_geometry::model::Model;
 use planish_geometry::shapes;
 use planish_geometry::texture::Interpolation;
@@ -26,9 +26,10 @@ fn confetti() -> Model {
 fn a_bake_is_the_same_bytes_on_any_number_of_threads() {
     let model = confetti();
     let fillings = [Interpolation::Barycentric, Interpolation::Natural, Interpolation::Idw, Interpolation::Nearest];
-    for (interpolation, bits) in fillings.into_iter().zip([Bits::Sixteen, Bits::Eight, Bits::ThirtyTwo, Bits::Sixteen])
-    {
-        let settings = Settings { side: Some(256), interpolation, bits, ..Settings::default() };
+    let formats = [TexelFormat::Png16, TexelFormat::Png8, TexelFormat::Exr32, TexelFormat::Tiff16];
+    for (interpolation, texel) in fillings.into_iter().zip(formats) {
+        let layout = LayoutChoice::Uv;
+        let settings = Settings { side: Some(256), interpolation, texel, layout, ..Settings::default() };
         let on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| bake(&model, &settings).files)

@@ -2,17 +2,16 @@
 
 mod values;
 
-pub(crate) use values::{FormatArg, SideArg};
+pub(crate) use values::{FormatArg, MapArg, SideArg, SpaceArg};
 
 use crate::failure::Failure;
 use clap::{Args, Parser, Subcommand};
 use planish_geometry::denoise::{Denoiser, Laplacian, Taubin};
-use planish_geometry::displacement::Bits;
 use planish_geometry::weld::Welding;
 use std::path::PathBuf;
 use values::{
-    BoundaryArg, ConventionArg, DirectionArg, InterpolationArg, MethodArg, NormalsArg, TexelsArg, WeightsArg, bits,
-    finite, in_unit_interval, inflation, not_negative, side, welding,
+    BoundaryArg, ConventionArg, DirectionArg, InterpolationArg, LayoutArg, MethodArg, NormalsArg, TexelsArg,
+    WeightsArg, bits, finite, in_unit_interval, inflation, largest_side, not_negative, side, tolerance, welding,
 };
 
 /// Denoise a mesh with a displacement map.
@@ -48,7 +47,7 @@ pub(crate) struct OutputArgs {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Bake a mesh with UVs into a displacement map
+    /// Bake a mesh into a displacement map
     ///
     /// Writes NAME.displacement.png (or .exr), NAME.normal.png, NAME.planish.json, and a carrier: NAME.obj with
     /// NAME.mtl, which is the mesh with the normals that the map displaces along.
@@ -57,6 +56,12 @@ pub(crate) enum Command {
     /// Displace a mesh by its map, as the vertex shader would
     #[command(after_help = "Example:\n  planish apply out/scan.planish.json --lambda 0.5 -o half.obj")]
     Apply(ApplyArgs),
+    /// Measure the files of a map once more and compare with what its manifest says
+    ///
+    /// Denoises the source again with the method in the manifest, decodes the map, displaces the carrier in single
+    /// precision, and prints the errors. Ends with exit code 1 where the files do not do what the manifest says.
+    #[command(after_help = "Example:\n  planish check out/scan.planish.json")]
+    Check(CheckArgs),
     /// Write the denoised mesh itself
     ///
     /// Only the numbers of the `v` lines change; order, UVs, groups, materials, comments and spacing stay byte for byte.
@@ -142,7 +147,7 @@ impl MethodArgs {
 
 #[derive(Args, Debug)]
 pub(crate) struct BakeArgs {
-    /// The noisy mesh, with texture coordinates
+    /// The noisy mesh
     #[arg(value_name = "IN.obj")]
     pub(crate) input: PathBuf,
     /// Folder for the results; made if missing [default: ./NAME-planish]
@@ -160,7 +165,22 @@ pub(crate) struct BakeArgs {
     /// Normals to displace along
     #[arg(long, value_enum, default_value_t, help_heading = "Map")]
     pub(crate) normals: NormalsArg,
-    /// Texels on a side, or auto: the smallest power of two that resolves the layout
+    /// Heights along the normals, or the whole way of each vertex
+    #[arg(long, value_enum, default_value_t, help_heading = "Map")]
+    pub(crate) map: MapArg,
+    /// Axes of --map vector [default: object]
+    #[arg(long, value_enum, help_heading = "Map")]
+    pub(crate) space: Option<SpaceArg>,
+    /// Where a vertex has its texels
+    #[arg(long, value_enum, default_value_t, help_heading = "Map")]
+    pub(crate) layout: LayoutArg,
+    /// How far off a vertex may be for --layout auto to use the mesh's own UVs, in quanta
+    #[arg(long, value_name = "Q", default_value_t = 1.0, allow_negative_numbers = true, value_parser = tolerance, help_heading = "Map")]
+    pub(crate) tolerance: f64,
+    /// The largest size that --size auto may take
+    #[arg(long, value_name = "N", default_value_t = planish_geometry::texture::resolution::LARGEST_SIDE, allow_negative_numbers = true, value_parser = largest_side, help_heading = "Map")]
+    pub(crate) max_size: u32,
+    /// Texels on a side, or auto: the smallest power of two at which each vertex gets its height
     #[arg(long, value_name = "auto|N", default_value = "auto", allow_negative_numbers = true, value_parser = side, help_heading = "Map")]
     pub(crate) size: SideArg,
     /// How texels between vertices are filled
@@ -169,10 +189,10 @@ pub(crate) struct BakeArgs {
     /// What is done to the texels that vertices sample
     #[arg(long, value_enum, default_value_t, help_heading = "Map")]
     pub(crate) texels: TexelsArg,
-    /// Bits of a texel: 8 or 16 (PNG), 32 (EXR) [default: 16, or 32 with --format exr]
+    /// Bits of a texel and channel: 8, 16 or 32 [default: 16, with --format exr 32]
     #[arg(long, value_name = "8|16|32", value_parser = bits, help_heading = "Map")]
-    pub(crate) bits: Option<Bits>,
-    /// File format of the displacement map [default: by --bits]
+    pub(crate) bits: Option<u32>,
+    /// File format of the displacement map [default: png, with --bits 32 exr]
     #[arg(long, value_enum, help_heading = "Map")]
     pub(crate) format: Option<FormatArg>,
     /// Green channel of the normal map: opengl points up (Blender, glTF, three.js, Unity), directx down (Unreal)
@@ -194,6 +214,16 @@ pub(crate) struct ApplyArgs {
     /// The displaced mesh
     #[arg(short, long, value_name = "OUT.obj")]
     pub(crate) output: PathBuf,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct CheckArgs {
+    /// The manifest that `bake` wrote
+    #[arg(value_name = "MAP.planish.json")]
+    pub(crate) manifest: PathBuf,
+    /// The mesh that was baked [default: where the manifest says]
+    #[arg(long, value_name = "IN.obj")]
+    pub(crate) mesh: Option<PathBuf>,
 }
 
 #[derive(Args, Debug)]

@@ -41,6 +41,7 @@ fn dispatch(command: Command, console: &Console) -> Result<(), Failure> {
     match command {
         Command::Bake(args) => commands::bake::run(&args, console),
         Command::Apply(args) => commands::apply::run(&args, console),
+        Command::Check(args) => commands::check::run(&args, console),
         Command::Denoise(args) => commands::denoise::run(&args, console),
         Command::Compare(args) => commands::compare::run(&args, console),
         Command::Noise(args) => commands::noise::run(&args, console),

@@ -1,9 +1,11 @@
 //! The vertex shader's Rust twin: p' = p − λ · height · n, in single precision.
 
-use crate::displacement::Displacement;
+use crate::displacement::{Displacement, MapKind, Place, Weights};
+use crate::manifest::Layout;
 use crate::obj::Obj;
 use crate::ragged::Index;
-use glam::{DVec3, Vec2, Vec3};
+use crate::texture::tangents::Tangent;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 /// Below this many diagonals from the origin coordinates keep enough digits in single precision.
@@ -23,53 +25,90 @@ pub struct ShaderVertex {
     pub position: Vec3,
     /// Unit, or zero where there is none.
     pub normal: Vec3,
+    /// Only maps of [`MapKind::VectorTangent`] need it.
+    pub tangent: Tangent,
     /// Where it samples the map; none where no face gives it texture coordinates.
-    pub uv: Option<Vec2>,
+    pub place: Option<Place>,
 }
 
 impl ShaderVertex {
     /// The displaced position, relative to the origin. A vertex that samples nowhere stays.
     pub fn displaced(&self, map: &Displacement, lambda: f32) -> Vec3 {
-        match self.uv {
-            Some(uv) => self.position - self.normal * (lambda * map.height_at(uv)),
-            None => self.position,
+        self.displaced_with(map, lambda, Weights::Exact)
+    }
+
+    /// The same with other weights.
+    pub fn displaced_with(&self, map: &Displacement, lambda: f32, weights: Weights) -> Vec3 {
+        let Some(place) = self.place else { return self.position };
+        match map.kind() {
+            MapKind::Scalar => self.position - self.normal * (lambda * map.height_at(place, weights)),
+            MapKind::VectorObject => self.position - map.vector_at(place, weights) * lambda,
+            MapKind::VectorTangent => {
+                let [t, b, n] = self.tangent.frame(self.normal);
+                let v = map.vector_at(place, weights) * lambda;
+                self.position - (t * v.x + b * v.y + n * v.z)
+            }
         }
     }
 }
 
-/// The vertices of a carrier, one for each `v` line: its normal is the one its corners name, its place in the texture
-/// the one in `dominant` (pairs of `v` and `vt` index from 0, ascending) or else the one its first corner names.
-pub fn carrier_vertices(carrier: &Obj, dominant: &[[Index; 2]], origin: DVec3) -> Vec<ShaderVertex> {
-    let mut vertices = positions(carrier, origin);
-    let uv = |vt: Index| carrier.uvs()[vt as usize].as_vec2();
+/// Where the vertices of a file sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Places<'a> {
+    /// At texture coordinates: those in this list (pairs of `v` and `vt` index from 0, ascending), or else those that
+    /// the first corner names.
+    Uv(&'a [[Index; 2]]),
+    /// The i-th `v` line in the i-th texel.
+    PerVertex,
+}
+
+impl<'a> Places<'a> {
+    /// Those of a layout, of which some need the list.
+    pub fn new(layout: Layout, dominant: &'a [[Index; 2]]) -> Self {
+        match layout {
+            Layout::Uv => Self::Uv(dominant),
+            Layout::Vertex => Self::PerVertex,
+        }
+    }
+}
+
+/// The vertices of a carrier, one for each `v` line: its normal is the one its corners name.
+pub fn carrier_vertices(carrier: &Obj, places: Places, origin: DVec3) -> Vec<ShaderVertex> {
+    let vertex = |p: &DVec3| ShaderVertex { position: (*p - origin).as_vec3(), ..ShaderVertex::default() };
+    let mut vertices: Vec<ShaderVertex> = carrier.positions().iter().map(vertex).collect();
+    let place = |vt: Index| Place::Uv(carrier.uvs()[vt as usize].as_vec2());
     for corner in carrier.faces().items() {
         let vertex = &mut vertices[corner.position as usize];
         if let Some(n) = corner.normal() {
             vertex.normal = carrier.normals()[n as usize].as_vec3();
         }
-        if vertex.uv.is_none() {
-            vertex.uv = corner.uv().map(uv);
+        if vertex.place.is_none() {
+            vertex.place = corner.uv().map(place);
         }
     }
-    for &[v, vt] in dominant {
-        vertices[v as usize].uv = Some(uv(vt));
+    match places {
+        Places::Uv(dominant) => {
+            for &[v, vt] in dominant {
+                vertices[v as usize].place = Some(place(vt));
+            }
+        }
+        Places::PerVertex => {
+            for (vertex, i) in vertices.iter_mut().zip(0..) {
+                vertex.place = Some(Place::Texel(i));
+            }
+        }
     }
     vertices
 }
 
 /// The same for the mesh that was baked, whose own `vn` lines are not what it is displaced along: normals (#v) are
 /// given.
-pub fn source_vertices(source: &Obj, normals: &[Vec3], dominant: &[[Index; 2]], origin: DVec3) -> Vec<ShaderVertex> {
-    let mut vertices = carrier_vertices(source, dominant, origin);
+pub fn source_vertices(source: &Obj, normals: &[Vec3], places: Places, origin: DVec3) -> Vec<ShaderVertex> {
+    let mut vertices = carrier_vertices(source, places, origin);
     for (vertex, normal) in vertices.iter_mut().zip(normals) {
         vertex.normal = *normal;
     }
     vertices
-}
-
-fn positions(obj: &Obj, origin: DVec3) -> Vec<ShaderVertex> {
-    let vertex = |p: &DVec3| ShaderVertex { position: (*p - origin).as_vec3(), ..ShaderVertex::default() };
-    obj.positions().iter().map(vertex).collect()
 }
 
 /// Displaced positions in the file's coordinates. #v×3, model units.

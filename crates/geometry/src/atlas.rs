@@ -176,6 +176,11 @@ impl Atlas {
         outline.dedup();
         outline
     }
+    /// Number of faces that are turned over in the texture.
+    pub fn mirrored_faces(&self, surface: &Surface) -> usize {
+        let faces = (0..surface.topology().faces().len() as Index).into_par_iter();
+        faces.filter(|&f| self.face_area(surface, f).is_some_and(|area| area < 0.0)).count()
+    }
     /// Counts charts, seams and odd faces.
     pub fn charts(&self, surface: &Surface) -> Charts {
         let topology = surface.topology();
@@ -197,7 +202,7 @@ impl Atlas {
             charts: (0..chart.len()).filter(|&f| is_first(f)).count(),
             seam_edges,
             seam_vertices: self.wedges.iter().filter(|wedges| wedges.len() > 1).count(),
-            mirrored_faces: areas.iter().flatten().filter(|area| **area < 0.0).count(),
+            mirrored_faces: self.mirrored_faces(surface),
             unmapped_faces: areas.iter().filter(|area| area.is_none()).count(),
         }
     }

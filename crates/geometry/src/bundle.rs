@@ -2,28 +2,35 @@
 //!
 //! Whoever bakes, the command line or a window, writes these bytes and nothing else.
 
+mod carrier;
+mod layout;
+mod maps;
 mod report;
+
+pub use layout::{Fallback, LayoutChoice};
 
 use crate::apply;
 use crate::atlas::{Atlas, AtlasError};
 use crate::denoise::Denoiser;
-use crate::displacement::{self, Bits, DecodeError, Displacement, Encoding};
+use crate::displacement::{DecodeError, EncodeError, MapKind, TexelFormat};
 use crate::manifest::{
     self, Carrier, Clients, DominantUv, Layout, Manifest, MapEntry, Method, NormalMapEntry, Report, Source, Target,
 };
 use crate::materials::{self, MapStatements};
 use crate::model::{Model, NoFileNormals, NormalSource};
-use crate::normals;
 use crate::obj::{Obj, ObjError};
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
 use crate::surface::Surface;
-use crate::texture::normal_map::{self, Convention};
-use crate::texture::resolution::{Choice, Spacing};
-use crate::texture::tangents;
-use crate::texture::{self, Coverage, Interpolation, Size, Texels};
+use crate::texture::normal_map::Convention;
+use crate::texture::findings::Findings;
+use crate::texture::resolution::{self, Choice, Spacing};
+use crate::texture::{Coverage, Interpolation, Texels, tangents};
 use crate::weld::Welding;
+use carrier::CarrierFile;
 use glam::{DVec3, Vec3};
+use maps::{Maps, Offsets};
+use report::Evidence;
 
 /// All that can be chosen.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -36,16 +43,44 @@ pub struct Settings {
     pub normals: NormalSource,
     /// Strength for the normal map and the clients.
     pub lambda: Lambda,
-    /// Side of the maps; none chooses it.
+    /// Heights or vectors.
+    pub map: MapKind,
+    /// Where texels of a vertex are.
+    pub layout: LayoutChoice,
+    /// Side of the maps; none chooses it. A map with one texel for each vertex has the side that it needs.
     pub side: Option<u32>,
+    /// The largest side that is chosen.
+    pub largest_side: LargestSide,
+    /// How far a vertex may be off for [`LayoutChoice::Auto`] to keep the texture coordinates of the mesh.
+    pub tolerance: Quanta,
     /// How texels between vertices are filled.
     pub interpolation: Interpolation,
     /// What is done to the texels that vertices sample.
     pub texels: Texels,
-    /// Of a texel.
-    pub bits: Bits,
+    /// Of the displacement map.
+    pub texel: TexelFormat,
     /// Of the normal map.
     pub convention: Convention,
+}
+
+/// Multiples of the step between two heights.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quanta(pub f64);
+
+impl Default for Quanta {
+    fn default() -> Self {
+        Self(1.0)
+    }
+}
+
+/// Texels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LargestSide(pub u32);
+
+impl Default for LargestSide {
+    fn default() -> Self {
+        Self(resolution::LARGEST_SIDE)
+    }
 }
 
 /// Where the vertices shall go.
@@ -69,6 +104,14 @@ impl Default for Goal {
 }
 
 impl Goal {
+    /// The places of another mesh with the same `v` lines.
+    ///
+    /// # Panics
+    /// If it has fewer.
+    pub fn to(model: &Model, denoised: &Obj, target: Target) -> Self {
+        let positions = model.weld().first().iter().map(|&line| denoised.positions()[line as usize]).collect();
+        Self::Target { positions, target }
+    }
     /// δ = p − p*. #V×3, model units
     ///
     /// # Panics
@@ -127,8 +170,10 @@ pub struct Bundle {
     pub files: Vec<File>,
     /// What the last file says.
     pub manifest: Manifest,
-    /// Why the size was chosen; none where it was given.
+    /// Why the size was chosen; none where it was given or follows from the number of vertices.
     pub choice: Option<Choice>,
+    /// Why the texture coordinates of the mesh were not used; none where they were, or were not asked for.
+    pub fallback: Option<Fallback>,
 }
 
 /// Why there is no bundle.
@@ -137,12 +182,15 @@ pub enum BakeError {
     /// No layout.
     #[error(transparent)]
     Atlas(#[from] AtlasError),
+    /// [`MapKind::VectorTangent`] without texture coordinates.
+    #[error("tangent space needs texture coordinates, and the mesh has none")]
+    NoTangents,
     /// [`NormalSource::File`] without normals in the file.
     #[error(transparent)]
     Normals(#[from] NoFileNormals),
     /// An image could not be made.
-    #[error("the image cannot be encoded: {0}")]
-    Encode(#[from] image::ImageError),
+    #[error(transparent)]
+    Encode(#[from] EncodeError),
     /// What was written did not read back: the fault is here.
     #[error("the map does not read back: {0}")]
     Decode(#[from] DecodeError),
@@ -175,30 +223,122 @@ pub fn bake(
     progress: &dyn Progress,
 ) -> Result<Bundle, BakeError> {
     progress.stage("layout");
-    let surface = model.surface();
-    let atlas = model.atlas()?;
+    let atlas = match (model.atlas(), settings.layout) {
+        (Ok(atlas), _) => Some(atlas),
+        (Err(AtlasError::NoUvs), LayoutChoice::Auto | LayoutChoice::Vertex) => None,
+        (Err(e), _) => return Err(e.into()),
+    };
     let normals = displacement_normals(model, settings.normals)?;
     let library_file = format!("{}.mtl", names.carrier);
     // Writing and reading a text file keeps one thread as busy as the maps keep the others.
     let ((source_sha256, carrier), maps) = rayon::join(
-        || (manifest::sha256(model.obj().bytes()), CarrierFile::make(model, &normals, &library_file)),
-        || Maps::bake(model, &atlas, &normals, settings, progress),
+        || {
+            let places = atlas.is_none().then(|| carrier::places(model));
+            let carrier = CarrierFile::make(model, &normals, places.as_deref(), &library_file);
+            (manifest::sha256(model.obj().bytes()), carrier)
+        },
+        || Maps::bake(model, atlas.as_ref(), &normals, settings, progress),
     );
-    let (carrier, maps) = (carrier?, maps?);
+    let (carrier, mut maps) = (carrier?, maps?);
     progress.check()?;
+    let mut manifest = describe(model, names, atlas.as_ref(), settings, &maps);
+    manifest.source.sha256 = source_sha256;
+    manifest.carrier =
+        Carrier { obj: format!("{}.obj", names.carrier), mtl: library_file, glb: None, sha256: carrier.sha256.clone() };
+    progress.stage("verifying");
+    let evidence = Evidence {
+        model,
+        normals: &normals,
+        frames: &maps.frames,
+        offsets: &maps.offsets,
+        findings: maps.findings.clone(),
+        channels: &maps.channels,
+        displacement: &maps.displacement,
+        carrier: &carrier.obj,
+    };
+    manifest.report = report::measure(&evidence, &manifest)?;
+    let missed = manifest.report.unresolved_vertices;
+    if settings.layout == LayoutChoice::Auto && settings.texels == Texels::Fitted && missed > 0 && maps.plan.is_uv() {
+        // What was written is what counts, whatever the plan promised.
+        let instead = Settings { layout: LayoutChoice::Vertex, ..settings.clone() };
+        let bundle = bake(model, names, libraries, relocate, &instead, progress)?;
+        return Ok(Bundle { fallback: Some(Fallback::Measured { missed }), ..bundle });
+    }
+    progress.check()?;
+    let library = materials::carrier_library(model.obj(), libraries, &statements(&manifest, atlas.is_some()), relocate);
+    let file = |name: &str, bytes| File { name: name.to_owned(), bytes };
+    let mut files = vec![file(&manifest.displacement.file, std::mem::take(&mut maps.displacement))];
+    if let (Some(entry), Some((image, _))) = (&manifest.normal_map, maps.normal_map) {
+        files.push(file(&entry.file, image));
+    }
+    files.push(file(&manifest.carrier.obj, carrier.obj.into_bytes()));
+    files.push(file(&manifest.carrier.mtl, library));
+    files.push(file(&format!("{}.planish.json", names.stem), manifest.to_json().into_bytes()));
+    let (choice, fallback) = maps.plan.into_reasons();
+    Ok(Bundle { files, manifest, choice, fallback })
+}
 
-    let map_file = format!("{}.displacement.{}", names.stem, settings.bits.extension());
-    let normal_file = format!("{}.normal.png", names.stem);
-    let clients = Clients::new(maps.encoding, settings.lambda.0);
-    let statements =
-        MapStatements { displacement: &map_file, base: clients.mtl.base, gain: clients.mtl.gain, normal: &normal_file };
-    let library = materials::carrier_library(model.obj(), libraries, &statements, relocate);
-    let size = maps.coverage.size();
-    let mut manifest = Manifest {
+/// Measures written files once more: the report that their manifest should have.
+///
+/// `goal` is what the manifest's method says, `displacement` and `carrier` are the files that it names.
+pub fn check(
+    model: &Model,
+    manifest: &Manifest,
+    goal: &Goal,
+    displacement: &[u8],
+    carrier: &Obj,
+    progress: &dyn Progress,
+) -> Result<Report, BakeError> {
+    progress.stage("layout");
+    let entry = &manifest.displacement;
+    let atlas = match model.atlas() {
+        Err(AtlasError::NoUvs) if entry.layout == Layout::Vertex => None,
+        atlas => Some(atlas?),
+    };
+    let normals = displacement_normals(model, manifest.normals)?;
+    let mut frames = Vec::new();
+    if entry.map == MapKind::VectorTangent {
+        let atlas = atlas.as_ref().ok_or(BakeError::NoTangents)?;
+        let of_corners = tangents::tangents(model.surface(), atlas, &normals);
+        frames = tangents::at_vertices(model.surface(), atlas, &normals, &of_corners);
+    }
+    let offsets = Offsets::new(model, goal, entry.map, &normals, &frames, progress)?;
+    let findings = match (&atlas, entry.layout) {
+        (Some(atlas), Layout::Uv) => {
+            let coverage = Coverage::new(model.surface(), atlas, entry.size(), progress)?;
+            Findings::of(model.surface(), atlas, &Spacing::new(atlas), &coverage)
+        }
+        _ => Findings { coverage: maps::share(model, entry.size()), ..Findings::default() },
+    };
+    progress.stage("verifying");
+    let evidence = Evidence {
+        model,
+        normals: &normals,
+        frames: &frames,
+        offsets: &offsets,
+        findings,
+        channels: &[],
+        displacement,
+        carrier,
+    };
+    Ok(report::measure(&evidence, manifest)?)
+}
+
+/// The manifest as far as it is known before the files are.
+fn describe(model: &Model, names: &Names, atlas: Option<&Atlas>, settings: &Settings, maps: &Maps) -> Manifest {
+    let size = maps.size;
+    let is_uv = maps.plan.is_uv();
+    let normal_map = maps.normal_map.as_ref().map(|(_, size)| NormalMapEntry {
+        file: format!("{}.normal.png", names.stem),
+        width: size.width,
+        height: size.height,
+        convention: settings.convention,
+    });
+    Manifest {
         planish: manifest::VERSION,
         source: Source {
             file: names.source.clone(),
-            sha256: source_sha256,
+            sha256: String::new(),
             vertices: model.obj().positions().len(),
             faces: model.obj().faces().len(),
         },
@@ -206,129 +346,37 @@ pub fn bake(
         welding: settings.welding,
         normals: settings.normals,
         displacement: MapEntry {
-            file: map_file,
-            layout: Layout::Uv,
-            interpolation: settings.interpolation,
-            texels: settings.texels,
+            file: format!("{}.displacement.{}", names.stem, settings.texel.file().extension()),
+            map: settings.map,
+            layout: if is_uv { Layout::Uv } else { Layout::Vertex },
+            interpolation: is_uv.then_some(settings.interpolation),
+            texels: is_uv.then_some(settings.texels),
             width: size.width,
             height: size.height,
-            bits: settings.bits,
+            texel: settings.texel,
             bias: maps.encoding.bias.into(),
             scale: maps.encoding.scale.into(),
             lambda: settings.lambda.0,
-            origin: apply::origin(surface.bounds()),
+            origin: apply::origin(model.surface().bounds()),
         },
-        dominant_uv: dominant_uv(model, &atlas),
-        normal_map: NormalMapEntry { file: normal_file, convention: settings.convention },
-        carrier: Carrier { obj: format!("{}.obj", names.carrier), mtl: library_file, sha256: carrier.sha256 },
-        report: Report::default(),
-        clients,
-    };
-    progress.stage("verifying");
-    let layout = report::LayoutFindings::of(&atlas, &maps.spacing, &maps.coverage);
-    let expected = displaced(model, &maps.heights, &normals, 1.0);
-    manifest.report =
-        report::measure(model, &expected, &normals, &manifest, &maps.displacement, &carrier.obj, &layout)?;
-    progress.check()?;
-    let file = |name: &str, bytes| File { name: name.to_owned(), bytes };
-    let files = vec![
-        file(&manifest.displacement.file, maps.displacement),
-        file(&manifest.normal_map.file, maps.normal_map),
-        file(&manifest.carrier.obj, carrier.obj.into_bytes()),
-        file(&manifest.carrier.mtl, library),
-        file(&format!("{}.planish.json", names.stem), manifest.to_json().into_bytes()),
-    ];
-    Ok(Bundle { files, manifest, choice: maps.choice })
-}
-
-/// p − λ · h · n for each vertex. #V×3, model units.
-fn displaced(model: &Model, heights: &[f64], normals: &[Vec3], lambda: f64) -> Vec<DVec3> {
-    let places = model.surface().positions().iter().zip(heights.iter().zip(normals));
-    places.map(|(p, (h, n))| *p - lambda * h * n.as_dvec3()).collect()
-}
-
-/// The carrier as it reads back.
-struct CarrierFile {
-    obj: Obj,
-    sha256: String,
-}
-
-impl CarrierFile {
-    fn make(model: &Model, normals: &[Vec3], library_file: &str) -> Result<Self, ObjError> {
-        let welded: Vec<DVec3> = model.weld().spread(model.surface().positions());
-        let bytes = model.obj().carrier(&welded, &carrier_normals(model, normals), library_file);
-        let sha256 = manifest::sha256(&bytes);
-        Ok(Self { obj: Obj::parse(bytes)?, sha256 })
+        dominant_uv: atlas.filter(|_| is_uv).map(|atlas| dominant_uv(model, atlas)),
+        normal_map,
+        carrier: Carrier::default(),
+        report: Report { tolerance_quanta: settings.tolerance.0, ..Report::default() },
+        clients: Clients::new(settings.map, maps.encoding, settings.lambda.0),
     }
 }
 
-/// Both maps and what they were made from.
-struct Maps {
-    /// #V, model units.
-    heights: Vec<f64>,
-    encoding: Encoding,
-    spacing: Spacing,
-    choice: Option<Choice>,
-    coverage: Coverage,
-    /// The image files.
-    displacement: Vec<u8>,
-    normal_map: Vec<u8>,
-}
-
-impl Maps {
-    fn bake(
-        model: &Model,
-        atlas: &Atlas,
-        normals: &[Vec3],
-        settings: &Settings,
-        progress: &dyn Progress,
-    ) -> Result<Self, BakeError> {
-        let surface = model.surface();
-        let deltas = settings.goal.deltas(surface, progress)?;
-        let heights = normals::heights(&deltas, normals);
-        drop(deltas);
-        if heights.iter().any(|h| !(*h as f32).is_finite()) {
-            return Err(BakeError::NotFinite);
-        }
-        progress.stage("spacing");
-        let spacing = Spacing::new(atlas);
-        let choice = match (settings.side, settings.texels) {
-            (Some(_), _) => None,
-            (None, Texels::Fitted) => Some(spacing.choose_exact(atlas, &heights, settings.bits, progress)?),
-            (None, Texels::Interpolated) => Some(spacing.choose()),
-        };
-        let side = settings.side.or(choice.map(|choice| choice.side)).unwrap_or_default();
-        let coverage = Coverage::new(surface, atlas, Size::square(side), progress)?;
-        let mut map = texture::bake(surface, atlas, &heights, &coverage, settings.interpolation, progress)?;
-        if settings.texels == Texels::Fitted {
-            texture::fit(&mut map, atlas, &heights, settings.bits, progress)?;
-        }
-        progress.stage("encoding");
-        let [low, high] = map.range();
-        let encoding = Encoding::covering(low.into(), high.into(), settings.bits);
-        let displacement = Displacement::encode(&map, encoding).to_bytes()?;
-        drop(map);
-        progress.stage("tangent frames");
-        let tangents = tangents::tangents(surface, atlas, normals);
-        progress.check()?;
-        let shaded = displaced(model, &heights, normals, settings.lambda.0);
-        let normal_map =
-            normal_map::bake(surface, normals, &tangents, shaded, &coverage, settings.convention, progress)?;
-        progress.stage("encoding");
-        let colour = image::ExtendedColorType::Rgb8;
-        let normal_map = displacement::png(normal_map.texels.as_flattened(), coverage.size(), colour)?;
-        Ok(Self { heights, encoding, spacing, choice, coverage, displacement, normal_map })
-    }
-}
-
-/// Normals of the `v` lines. Where there is none the height is zero, and any direction does; a client would make NaN
-/// of a zero vector.
-fn carrier_normals(model: &Model, normals: &[Vec3]) -> Vec<Vec3> {
-    let mut normals = model.weld().spread(normals);
-    for n in normals.iter_mut().filter(|n| **n == Vec3::ZERO) {
-        *n = Vec3::Z;
-    }
-    normals
+/// What the carrier's materials say. A client would take a map in the wrong place for one in the right place, so it is
+/// named only where it belongs to the texture coordinates in the file.
+fn statements(manifest: &Manifest, has_own_uvs: bool) -> MapStatements<'_> {
+    let in_place = manifest.displacement.layout == Layout::Uv || !has_own_uvs;
+    let displacement = manifest.clients.mtl.filter(|_| in_place).map(|mtl| materials::DisplacementStatement {
+        file: &manifest.displacement.file,
+        base: mtl.base,
+        gain: mtl.gain,
+    });
+    MapStatements { displacement, normal: manifest.normal_map.as_ref().map(|map| map.file.as_str()) }
 }
 
 /// Lists the `v` lines of vertices with several wedges, and those for which some corner names another place than the
@@ -347,4 +395,9 @@ fn dominant_uv(model: &Model, atlas: &Atlas) -> DominantUv {
     };
     let seam_vertices = (0..).zip(vertex_of).filter_map(pair).collect();
     DominantUv { rule: Atlas::DOMINANT_RULE.to_owned(), seam_vertices }
+}
+
+/// p − λ · δ for each vertex, given where they go at λ = 1 (#V×3). #V×3, model units.
+fn apply_offsets(model: &Model, places: &[DVec3], lambda: f64) -> Vec<DVec3> {
+    model.surface().positions().iter().zip(places).map(|(p, q)| *p - lambda * (*p - *q)).collect()
 }

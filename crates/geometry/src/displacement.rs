@@ -1,64 +1,39 @@
 //! Texels with bias and scale, as bytes and back: height = bias + scale · texel, texel in 0..=1.
 
+mod file;
+
+pub use file::{DecodeError, EncodeError, FileFormat, TexelFormat};
+
+pub(crate) use file::png;
+
+use crate::ragged::Index;
 use crate::texture::{HeightMap, Size};
-use exr::prelude as openexr;
-use exr::prelude::{ReadChannels as _, ReadLayers as _, WritableImage as _};
-use glam::Vec2;
-use image::{DynamicImage, ImageFormat};
+use file::Stored;
+use glam::{Vec2, Vec3};
+use half::f16;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::io::Cursor;
 
-/// Bits of a texel.
+/// What a texel says.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(into = "u32", try_from = "u32")]
-pub enum Bits {
-    /// Integers of 8 bits, PNG.
-    Eight,
-    /// Integers of 16 bits, PNG.
+#[serde(rename_all = "kebab-case")]
+pub enum MapKind {
+    /// How far the noise lifted the vertex along its normal: one channel.
     #[default]
-    Sixteen,
-    /// Single precision, EXR.
-    ThirtyTwo,
+    Scalar,
+    /// The whole way δ, in the axes of the model: red, green and blue are x, y and z.
+    VectorObject,
+    /// The whole way δ, in the tangent frame of the vertex: red along the tangent, green along the bitangent, blue along
+    /// the normal.
+    VectorTangent,
 }
 
-impl From<Bits> for u32 {
-    fn from(bits: Bits) -> Self {
-        match bits {
-            Bits::Eight => 8,
-            Bits::Sixteen => 16,
-            Bits::ThirtyTwo => 32,
-        }
-    }
-}
-
-impl TryFrom<u32> for Bits {
-    type Error = String;
-
-    fn try_from(bits: u32) -> Result<Self, String> {
-        match bits {
-            8 => Ok(Self::Eight),
-            16 => Ok(Self::Sixteen),
-            32 => Ok(Self::ThirtyTwo),
-            _ => Err(format!("a texel has 8, 16 or 32 bits, not {bits}")),
-        }
-    }
-}
-
-impl Bits {
-    /// Ending of the file that holds such texels.
-    pub fn extension(self) -> &'static str {
+impl MapKind {
+    /// Channels of a texel.
+    pub fn planes(self) -> usize {
         match self {
-            Self::Eight | Self::Sixteen => "png",
-            Self::ThirtyTwo => "exr",
-        }
-    }
-    /// Number of steps between the lowest and the highest texel; none for floating point.
-    fn steps(self) -> Option<f64> {
-        match self {
-            Self::Eight => Some(255.0),
-            Self::Sixteen => Some(65535.0),
-            Self::ThirtyTwo => None,
+            Self::Scalar => 1,
+            Self::VectorObject | Self::VectorTangent => 3,
         }
     }
 }
@@ -67,7 +42,7 @@ impl Bits {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Encoding {
     /// Of a texel.
-    pub bits: Bits,
+    pub texel: TexelFormat,
     /// Height at texel 0, model units.
     pub bias: f32,
     /// Height at texel 1 minus that at texel 0, model units; not negative.
@@ -77,7 +52,7 @@ pub struct Encoding {
 impl Encoding {
     /// Covers a range of heights, model units. Bias and scale are rounded outwards to single precision, which is what
     /// clients compute in.
-    pub fn covering(low: f64, high: f64, bits: Bits) -> Self {
+    pub fn covering(low: f64, high: f64, texel: TexelFormat) -> Self {
         let bias = if f64::from(low as f32) > low { (low as f32).next_down() } else { low as f32 };
         let base = f64::from(bias);
         let span = high - base;
@@ -86,129 +61,130 @@ impl Encoding {
         let lost = (high - (span - part)) - (base + part);
         let span = if lost > 0.0 { span.next_up() } else { span };
         let scale = if f64::from(span as f32) < span { (span as f32).next_up() } else { span as f32 };
-        Self { bits, bias, scale }
+        Self { texel, bias, scale }
     }
     /// Step between two heights, model units: scale / (2ᵇ − 1). With floating point the spacing just below the
-    /// largest texel, scale · 2⁻²⁴.
+    /// largest texel: scale · 2⁻²⁴, in half precision scale · 2⁻¹¹.
     pub fn quantum(self) -> f64 {
-        f64::from(self.scale) / self.bits.steps().unwrap_or(16_777_216.0)
+        f64::from(self.scale) * quantum(self.texel)
     }
+}
+
+/// [`Encoding::quantum`] as a share of the scale.
+pub fn quantum(texel: TexelFormat) -> f64 {
+    match texel.stored() {
+        Stored::Integers(steps) => 1.0 / f64::from(steps),
+        Stored::Half => 2f64.powi(-11),
+        Stored::Single => 2f64.powi(-24),
+    }
+}
+
+/// Where a vertex finds its height.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Place {
+    /// At a texture coordinate, v up: bilinear between texel centres, clamped at the border.
+    Uv(Vec2),
+    /// In a texel, counted row by row from the top.
+    Texel(Index),
+}
+
+/// How exact the weights of bilinear sampling are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Weights {
+    /// Single precision, as the shader computes them.
+    #[default]
+    Exact,
+    /// Rounded to 8 bits, as the samplers of many GPUs have them.
+    EightBits,
 }
 
 /// A displacement map as the GPU has it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Displacement {
     size: Size,
+    kind: MapKind,
     encoding: Encoding,
-    /// Row by row from the top, each a multiple of 1/(2ᵇ − 1) in 0..=1.
-    texels: Vec<f32>,
-}
-
-/// Why bytes are not the map they should be.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum DecodeError {
-    /// No PNG or EXR, or a damaged one.
-    #[error("not a readable {format} image: {reason}")]
-    Image {
-        /// What it should be.
-        format: &'static str,
-        /// The decoder's words.
-        reason: String,
-    },
-    /// Other texels than the manifest says.
-    #[error("holds {found}, but the manifest says {expected}")]
-    Texels {
-        /// In the file.
-        found: String,
-        /// In the manifest.
-        expected: String,
-    },
+    /// Channel by channel, row by row from the top, each a texel of the format in 0..=1.
+    planes: Vec<Vec<f32>>,
 }
 
 impl Displacement {
-    /// Quantises a map: each texel becomes the nearest one there is.
-    pub fn encode(map: &HeightMap, encoding: Encoding) -> Self {
+    /// Quantises channels of the same size: each texel becomes the nearest one there is.
+    ///
+    /// # Panics
+    /// If there are not as many channels as the kind has.
+    pub fn encode(channels: &[HeightMap], kind: MapKind, encoding: Encoding) -> Self {
+        assert_eq!(channels.len(), kind.planes(), "one map for each channel");
         let (bias, scale) = (f64::from(encoding.bias), f64::from(encoding.scale));
         let normalise =
             |height: f32| if scale > 0.0 { ((f64::from(height) - bias) / scale).clamp(0.0, 1.0) } else { 0.0 };
-        let quantise = |height: &f32| match encoding.bits.steps() {
+        let quantise = |height: &f32| match encoding.texel.stored() {
             // Unsigned normalised integers become floats as on GPUs: the nearest one to i / (2ᵇ − 1).
-            Some(steps) => ((normalise(*height) * steps).round() / steps) as f32,
-            None => normalise(*height) as f32,
+            Stored::Integers(steps) => ((normalise(*height) * f64::from(steps)).round() / f64::from(steps)) as f32,
+            Stored::Half => f16::from_f64(normalise(*height)).to_f32(),
+            Stored::Single => normalise(*height) as f32,
         };
-        Self { size: map.size, encoding, texels: map.texels.par_iter().map(quantise).collect() }
+        let planes = channels.iter().map(|map| map.texels.par_iter().map(quantise).collect()).collect();
+        Self { size: channels[0].size, kind, encoding, planes }
     }
 
     /// Of the image.
     pub fn size(&self) -> Size {
         self.size
     }
-    /// Bits, bias and scale.
+    /// What its texels say.
+    pub fn kind(&self) -> MapKind {
+        self.kind
+    }
+    /// Format, bias and scale.
     pub fn encoding(&self) -> Encoding {
         self.encoding
     }
-    /// Texels in 0..=1, row by row from the top.
-    pub fn texels(&self) -> &[f32] {
-        &self.texels
+    /// Texels in 0..=1, row by row from the top: one plane for heights, three for vectors.
+    pub fn planes(&self) -> &[Vec<f32>] {
+        &self.planes
     }
 
-    /// The image file: grey PNG of 8 or 16 bits (linear, no gamma), or EXR with the one channel Y.
-    pub fn to_bytes(&self) -> Result<Vec<u8>, image::ImageError> {
-        let Size { width, height } = self.size;
-        let integers = |steps: f32| self.texels.iter().map(move |t| (t * steps).round());
-        match self.encoding.bits {
-            Bits::Eight => {
-                png(&integers(255.0).map(|t| t as u8).collect::<Vec<_>>(), self.size, image::ExtendedColorType::L8)
-            }
-            Bits::Sixteen => {
-                let bytes: Vec<u8> = integers(65535.0).flat_map(|t| (t as u16).to_ne_bytes()).collect();
-                png(&bytes, self.size, image::ExtendedColorType::L16)
-            }
-            Bits::ThirtyTwo => {
-                let samples = openexr::FlatSamples::F32(self.texels.clone());
-                let channel = openexr::AnyChannel::new("Y", samples);
-                let layer = openexr::Layer::new(
-                    (width as usize, height as usize),
-                    openexr::LayerAttributes::default(),
-                    openexr::Encoding {
-                        compression: openexr::Compression::ZIP16,
-                        blocks: openexr::Blocks::ScanLines,
-                        line_order: openexr::LineOrder::Increasing,
-                    },
-                    openexr::AnyChannels::sort(vec![channel].into()),
-                );
-                let mut out = Cursor::new(Vec::new());
-                let failed = |e: openexr::Error| image::ImageError::IoError(std::io::Error::other(e.to_string()));
-                openexr::Image::from_layer(layer).write().to_buffered(&mut out).map_err(failed)?;
-                Ok(out.into_inner())
-            }
-        }
+    /// The image file.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, EncodeError> {
+        file::encode(&self.planes, self.size, self.encoding.texel)
     }
 
     /// Reads an image file back; it must be what the manifest says.
-    pub fn decode(bytes: &[u8], size: Size, encoding: Encoding) -> Result<Self, DecodeError> {
-        let (found, bits, texels) = match encoding.bits {
-            Bits::Eight | Bits::Sixteen => decode_png(bytes)?,
-            Bits::ThirtyTwo => decode_exr(bytes)?,
-        };
-        if (found, bits) != (size, encoding.bits) {
-            let say =
-                |size: Size, bits: Bits| format!("{} × {} texels of {} bits", size.width, size.height, u32::from(bits));
-            return Err(DecodeError::Texels { found: say(found, bits), expected: say(size, encoding.bits) });
-        }
-        Ok(Self { size, encoding, texels })
+    pub fn decode(bytes: &[u8], kind: MapKind, size: Size, encoding: Encoding) -> Result<Self, DecodeError> {
+        Ok(Self { size, kind, encoding, planes: file::decode(bytes, kind.planes(), size, encoding.texel)? })
     }
 
-    /// Height at a texture coordinate (v up), model units: bilinear between texel centres, clamped at the border.
+    /// Height at a place, model units.
     ///
-    /// Twin of `height_at` in `shaders/displace.wgsl`, operation by operation in single precision.
-    pub fn height_at(&self, uv: Vec2) -> f32 {
-        let Footprint { texels: [a, b, c, d], w } = Footprint::new(uv, self.size);
-        // In this form equal texels give just that value, whatever the weight.
-        let blend = |a: f32, b: f32, w: f32| a + (b - a) * w;
-        let top = blend(self.texels[a], self.texels[b], w.x);
-        let bottom = blend(self.texels[c], self.texels[d], w.x);
-        self.encoding.bias + self.encoding.scale * blend(top, bottom, w.y)
+    /// Twin of `height_at` and `height_of` in `shaders/displace.wgsl`, operation by operation in single precision.
+    pub fn height_at(&self, place: Place, weights: Weights) -> f32 {
+        self.channel_at(0, place, weights)
+    }
+
+    /// The three channels at a place, model units. Twin of `vector_at` and `vector_of`.
+    ///
+    /// # Panics
+    /// If the map holds heights.
+    pub fn vector_at(&self, place: Place, weights: Weights) -> Vec3 {
+        Vec3::from_array([0, 1, 2].map(|plane| self.channel_at(plane, place, weights)))
+    }
+
+    /// One channel at a place, model units.
+    pub fn channel_at(&self, channel: usize, place: Place, weights: Weights) -> f32 {
+        let texels = &self.planes[channel];
+        let texel = match place {
+            Place::Texel(index) => texels[index as usize],
+            Place::Uv(uv) => {
+                let Footprint { texels: [a, b, c, d], w } = Footprint::new(uv, self.size).with(weights);
+                // In this form equal texels give just that value, whatever the weight.
+                let blend = |a: f32, b: f32, w: f32| a + (b - a) * w;
+                let top = blend(texels[a], texels[b], w.x);
+                let bottom = blend(texels[c], texels[d], w.x);
+                blend(top, bottom, w.y)
+            }
+        };
+        self.encoding.bias + self.encoding.scale * texel
     }
 }
 
@@ -233,6 +209,12 @@ impl Footprint {
         let texels = [texel(low.x, low.y), texel(right, low.y), texel(low.x, below), texel(right, below)];
         Self { texels, w: p - low }
     }
+    fn with(self, weights: Weights) -> Self {
+        match weights {
+            Weights::Exact => self,
+            Weights::EightBits => Self { w: (self.w * 256.0).round() / 256.0, ..self },
+        }
+    }
     /// The different texels with their weights, which add up to one.
     pub(crate) fn weights(&self) -> impl Iterator<Item = (usize, f64)> {
         let (x, y) = (f64::from(self.w.x), f64::from(self.w.y));
@@ -249,89 +231,47 @@ impl Footprint {
     }
 }
 
-/// A PNG without gamma or colour profile; compressed fast, because noise hardly compresses.
-pub(crate) fn png(bytes: &[u8], size: Size, colour: image::ExtendedColorType) -> Result<Vec<u8>, image::ImageError> {
-    use image::ImageEncoder as _;
-    use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-    let mut out = Vec::new();
-    let encoder = PngEncoder::new_with_quality(&mut out, CompressionType::Fast, FilterType::Adaptive);
-    encoder.write_image(bytes, size.width, size.height, colour)?;
-    Ok(out)
-}
-
-fn decode_png(bytes: &[u8]) -> Result<(Size, Bits, Vec<f32>), DecodeError> {
-    let failed = |e: image::ImageError| DecodeError::Image { format: "PNG", reason: e.to_string() };
-    let mut reader = image::ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
-    // Sizes are checked against the manifest, whose own are bounded.
-    reader.no_limits();
-    let image = reader.decode().map_err(failed)?;
-    let size = Size { width: image.width(), height: image.height() };
-    let sixteen = |samples: &[u16], channels: usize| {
-        samples.iter().step_by(channels).map(|t| (f64::from(*t) / 65535.0) as f32).collect()
-    };
-    let eight = |samples: &[u8], channels: usize| {
-        samples.iter().step_by(channels).map(|t| (f64::from(*t) / 255.0) as f32).collect()
-    };
-    // An editor may have saved the grey image in colour; a shader would read red.
-    let (bits, texels) = match &image {
-        DynamicImage::ImageLuma16(i) => (Bits::Sixteen, sixteen(i, 1)),
-        DynamicImage::ImageLumaA16(i) => (Bits::Sixteen, sixteen(i, 2)),
-        DynamicImage::ImageRgb16(i) => (Bits::Sixteen, sixteen(i, 3)),
-        DynamicImage::ImageRgba16(i) => (Bits::Sixteen, sixteen(i, 4)),
-        DynamicImage::ImageLuma8(i) => (Bits::Eight, eight(i, 1)),
-        DynamicImage::ImageLumaA8(i) => (Bits::Eight, eight(i, 2)),
-        DynamicImage::ImageRgb8(i) => (Bits::Eight, eight(i, 3)),
-        other => (Bits::Eight, eight(&other.to_rgba8(), 4)),
-    };
-    Ok((size, bits, texels))
-}
-
-fn decode_exr(bytes: &[u8]) -> Result<(Size, Bits, Vec<f32>), DecodeError> {
-    let failed = |e: openexr::Error| DecodeError::Image { format: "EXR", reason: e.to_string() };
-    let reader =
-        openexr::read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
-    let image = reader.from_buffered(Cursor::new(bytes)).map_err(failed)?;
-    let size = image.layer_data.size;
-    let size = Size { width: size.width() as u32, height: size.height() as u32 };
-    let channels = &image.layer_data.channel_data.list;
-    let named = |name: &str| channels.iter().find(|c| c.name.eq_case_insensitive(name));
-    let Some(channel) = named("Y").or_else(|| named("R")) else {
-        return Err(DecodeError::Image { format: "EXR", reason: "there is no channel Y or R".to_owned() });
-    };
-    Ok((size, Bits::ThirtyTwo, channel.sample_data.values_as_f32().collect()))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn ramp(bits: Bits) -> Displacement {
-        let size = Size { width: 5, height: 3 };
-        let texels: Vec<f32> = (0..15u8).map(|i| -0.3 + 0.05 * f32::from(i)).collect();
-        let encoding = Encoding::covering(-0.3, 0.4, bits);
-        Displacement::encode(&HeightMap { size, texels }, encoding)
+    const SIZE: Size = Size { width: 5, height: 3 };
+
+    fn ramp(texel: TexelFormat) -> Displacement {
+        let texels = (0..15u8).map(|i| -0.3 + 0.05 * f32::from(i)).collect();
+        let encoding = Encoding::covering(-0.3, 0.4, texel);
+        Displacement::encode(&[HeightMap { size: SIZE, texels }], MapKind::Scalar, encoding)
+    }
+
+    fn ramps(texel: TexelFormat) -> Displacement {
+        let plane = |k: u8| HeightMap {
+            size: SIZE,
+            texels: (0..15u8).map(|i| f32::from((7 * i + 3 * k) % 15) / 14.0).collect(),
+        };
+        Displacement::encode(&[plane(0), plane(1), plane(2)], MapKind::VectorObject, Encoding::covering(0.0, 1.0, texel))
     }
 
     #[test]
     fn bytes_read_back_to_the_same_texels() {
-        for bits in [Bits::Eight, Bits::Sixteen, Bits::ThirtyTwo] {
-            let map = ramp(bits);
-            let read = Displacement::decode(&map.to_bytes().unwrap(), map.size, map.encoding).unwrap();
-            assert_eq!(read, map, "{bits:?}");
+        for texel in TexelFormat::ALL {
+            for (kind, map) in [(MapKind::Scalar, ramp(texel)), (MapKind::VectorObject, ramps(texel))] {
+                let read = Displacement::decode(&map.to_bytes().unwrap(), kind, map.size, map.encoding).unwrap();
+                assert_eq!(read, map, "{texel:?}");
+            }
         }
     }
 
     #[test]
     fn a_texel_is_off_by_half_a_quantum_at_most() {
-        for bits in [Bits::Eight, Bits::Sixteen, Bits::ThirtyTwo] {
-            let map = ramp(bits);
+        for texel in TexelFormat::ALL {
+            let map = ramp(texel);
             let encoding = map.encoding;
-            for (i, texel) in (0u8..).zip(&map.texels) {
+            for (i, texel) in (0u8..).zip(&map.planes[0]) {
                 let height = f64::from(encoding.bias) + f64::from(encoding.scale) * f64::from(*texel);
                 let true_height = f64::from(-0.3 + 0.05 * f32::from(i));
                 // The texel itself is rounded to single precision.
                 let slack = 2f64.powi(-25) * f64::from(encoding.scale);
-                assert!((height - true_height).abs() <= encoding.quantum() / 2.0 + slack, "{bits:?}");
+                assert!((height - true_height).abs() <= encoding.quantum() / 2.0 + slack, "{texel:?}");
             }
         }
     }
@@ -339,33 +279,50 @@ mod tests {
     #[test]
     fn the_range_is_never_cut() {
         for (low, high) in [(-0.1, 0.1), (1e-9, 1.0 / 3.0), (-1e10, 1e-3), (2.0, 2.0), (0.0, 0.0)] {
-            let e = Encoding::covering(low, high, Bits::Sixteen);
+            let e = Encoding::covering(low, high, TexelFormat::Png16);
             assert!(f64::from(e.bias) <= low && f64::from(e.bias) + f64::from(e.scale) >= high, "{e:?}");
         }
     }
 
     #[test]
     fn heights_at_texel_centres_are_the_texels_and_the_border_is_clamped() {
-        let map = ramp(Bits::ThirtyTwo);
+        let map = ramp(TexelFormat::Exr32);
+        let at = |uv: Vec2| map.height_at(Place::Uv(uv), Weights::Exact);
+        let texels = &map.planes[0];
         let height = |texel: f32| map.encoding.bias + map.encoding.scale * texel;
         for i in 0..15 {
             let uv = map.size.uv_from_texel(i % 5, i / 5).as_vec2();
             // (i + ½)/5 is not exact in single precision: a texel's share of 1e-6 of the step to its neighbour.
-            assert!((map.height_at(uv) - height(map.texels[i])).abs() < 1e-6);
+            assert!((at(uv) - height(texels[i])).abs() < 1e-6);
+            assert_eq!(map.height_at(Place::Texel(i as Index), Weights::Exact), height(texels[i]));
         }
-        assert_eq!(map.height_at(Vec2::new(-3.0, 9.0)), height(map.texels[0]));
-        assert_eq!(map.height_at(Vec2::new(1e30, -1e30)), height(map.texels[14]));
-        let between = map.height_at(Vec2::new(0.2, 1.0 - 0.5 / 3.0));
-        assert!((between - height((map.texels[0] + map.texels[1]) / 2.0)).abs() < 1e-6);
+        assert_eq!(at(Vec2::new(-3.0, 9.0)), height(texels[0]));
+        assert_eq!(at(Vec2::new(1e30, -1e30)), height(texels[14]));
+        let between = at(Vec2::new(0.2, 1.0 - 0.5 / 3.0));
+        assert!((between - height((texels[0] + texels[1]) / 2.0)).abs() < 1e-6);
+    }
+
+    #[test]
+    fn weights_of_eight_bits_are_off_by_half_a_step() {
+        let map = ramps(TexelFormat::Exr32);
+        let uv = Place::Uv(Vec2::new(0.413, 0.377));
+        let [exact, coarse] = [Weights::Exact, Weights::EightBits].map(|w| map.vector_at(uv, w));
+        let gap = (exact - coarse).abs().max_element();
+        // Half a 256th in each of two directions, of texels that differ by one at most.
+        assert!(gap > 1e-5 && gap <= 1.0 / 256.0, "{gap}");
     }
 
     #[test]
     fn broken_and_foreign_images_are_refused() {
-        let map = ramp(Bits::Sixteen);
+        for texel in TexelFormat::ALL {
+            let map = ramp(texel);
+            let bytes = map.to_bytes().unwrap();
+            let cut = Displacement::decode(&bytes[..bytes.len() / 2], MapKind::Scalar, map.size, map.encoding);
+            assert!(matches!(cut, Err(DecodeError::Image { .. })), "{texel:?}: {cut:?}");
+        }
+        let map = ramp(TexelFormat::Png16);
         let bytes = map.to_bytes().unwrap();
-        let cut = Displacement::decode(&bytes[..bytes.len() / 2], map.size, map.encoding);
-        assert!(matches!(cut, Err(DecodeError::Image { .. })));
-        let other = Displacement::decode(&bytes, Size::square(5), map.encoding).unwrap_err();
+        let other = Displacement::decode(&bytes, MapKind::Scalar, Size::square(5), map.encoding).unwrap_err();
         assert_eq!(other.to_string(), "holds 5 × 3 texels of 16 bits, but the manifest says 5 × 5 texels of 16 bits");
     }
 }

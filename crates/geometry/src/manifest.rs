@@ -4,14 +4,19 @@
 //! fields are passed over when reading, so that later versions may add some.
 
 use crate::denoise::Denoiser;
-use crate::displacement::{Bits, Encoding};
+use crate::displacement::{Encoding, MapKind, TexelFormat};
 use crate::model::NormalSource;
 use crate::ragged::Index;
+use crate::texture::findings::Findings;
 use crate::texture::normal_map::Convention;
 use crate::texture::{Interpolation, Size, Texels};
 use crate::weld::Welding;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
+
+mod clients;
+
+pub use clients::{Blender, BlenderDirection, CentreMagnitude, Clients, MinMax, Mtl, ThreeJs};
 
 /// Version of the format that this crate reads and writes.
 pub const VERSION: u64 = 1;
@@ -37,10 +42,12 @@ pub struct Manifest {
     pub normals: NormalSource,
     /// The map.
     pub displacement: MapEntry,
-    /// Where vertices sample that have several texture coordinates.
-    pub dominant_uv: DominantUv,
-    /// The normal map of the denoised surface.
-    pub normal_map: NormalMapEntry,
+    /// Where vertices sample that have several texture coordinates; only with [`Layout::Uv`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dominant_uv: Option<DominantUv>,
+    /// The normal map of the denoised surface; none where no layout can hold it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normal_map: Option<NormalMapEntry>,
     /// The mesh that carries the map.
     pub carrier: Carrier,
     /// How exact the map is.
@@ -101,11 +108,12 @@ impl Target {
 /// Where the texels of a vertex are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-#[non_exhaustive]
 pub enum Layout {
     /// At its texture coordinates.
     #[default]
     Uv,
+    /// The i-th `v` line in texel (i mod width, i div width), row 0 on top.
+    Vertex,
 }
 
 /// The displacement map: p' = p − λ · (bias + scale · texel) · n.
@@ -113,18 +121,23 @@ pub enum Layout {
 pub struct MapEntry {
     /// The image.
     pub file: String,
+    /// Heights or vectors.
+    pub map: MapKind,
     /// Where the texels of a vertex are.
     pub layout: Layout,
-    /// How texels between vertices were filled.
-    pub interpolation: Interpolation,
-    /// What was done to the texels that vertices sample.
-    pub texels: Texels,
+    /// How texels between vertices were filled; only with [`Layout::Uv`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interpolation: Option<Interpolation>,
+    /// What was done to the texels that vertices sample; only with [`Layout::Uv`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub texels: Option<Texels>,
     /// Texels in a row.
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// Of a texel: 8 or 16 (PNG), 32 (EXR).
-    pub bits: Bits,
+    /// Kind of file and bits of a texel.
+    #[serde(flatten)]
+    pub texel: TexelFormat,
     /// Height at texel 0; exact in single precision.
     pub bias: f64,
     /// Height at texel 1 minus bias; exact in single precision.
@@ -140,9 +153,9 @@ impl MapEntry {
     pub fn size(&self) -> Size {
         Size { width: self.width, height: self.height }
     }
-    /// Bits, bias and scale.
+    /// Format, bias and scale.
     pub fn encoding(&self) -> Encoding {
-        Encoding { bits: self.bits, bias: self.bias as f32, scale: self.scale as f32 }
+        Encoding { texel: self.texel, bias: self.bias as f32, scale: self.scale as f32 }
     }
 }
 
@@ -158,7 +171,7 @@ pub struct DominantUv {
 
 impl DominantUv {
     /// The same pairs counted from 0.
-    pub fn pairs(&self) -> Vec<[Index; 2]> {
+    fn pairs(&self) -> Vec<[Index; 2]> {
         self.seam_vertices.iter().map(|pair| pair.map(|i| i - 1)).collect()
     }
 }
@@ -166,24 +179,33 @@ impl DominantUv {
 /// The normal map.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NormalMapEntry {
-    /// The image, 8-bit RGB, as large as the displacement map.
+    /// The image, 8-bit RGB, in the texture coordinates of the mesh.
     pub file: String,
+    /// Texels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
     /// Which way green points.
     pub convention: Convention,
 }
 
 /// The mesh that carries the map: the source with one normal for each vertex, along which the map displaces.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Carrier {
     /// The mesh.
     pub obj: String,
-    /// Its materials, with `disp` and `norm`.
+    /// Its materials, with `disp` where its texture coordinates are those of the map, and `norm`.
     pub mtl: String,
+    /// The same mesh in binary glTF, with the places of the map as a second set of texture coordinates, the map, and
+    /// the denoised surface as a morph target.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub glb: Option<String>,
     /// SHA-256 of the mesh's bytes, hexadecimal.
     pub sha256: String,
 }
 
-/// What the written files do, decoded again and applied at λ = 1 in single precision, against p − h·n in double.
+/// What the written files do, decoded again and applied at λ = 1 in single precision, against p − h·n (or p − δ) in
+/// double.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// Largest distance of a vertex from where it should be.
@@ -203,78 +225,81 @@ pub struct Report {
     pub p99_error_quanta: Option<f64>,
     /// `mean_error` in quanta.
     pub mean_error_quanta: Option<f64>,
+    /// `max_error` as a share of the range of the map, scale; none for a flat map.
+    pub max_error_range: Option<f64>,
+    /// `p99_error` as a share of the range.
+    pub p99_error_range: Option<f64>,
+    /// `mean_error` as a share of the range.
+    pub mean_error_range: Option<f64>,
     /// Largest distance between two wedges of one vertex after displacement.
     pub seam_gap: f64,
-    /// Share of the texels inside charts, 0..=1.
-    pub coverage: f64,
-    /// Vertices that are off by more than a quantum: the layout gives them no texels of their own.
+    /// What the map alone loses, without the rounding of positions to single precision.
+    pub map_errors: MapErrors,
+    /// How far off the map may be at a vertex that counts as resolved, quanta.
+    pub tolerance_quanta: f64,
+    /// Vertices that are off by more than that: the layout gives them no texels of their own.
     pub unresolved_vertices: usize,
-    /// Vertices that sample less than two texels from another one, so that they share some.
-    pub crowded_vertices: usize,
-    /// Smallest distance between the places where two vertices sample, texels.
-    pub smallest_distance: Option<f64>,
-    /// Vertices that sample outside [0, 1]².
-    pub out_of_range_vertices: usize,
-    /// Texels that lie in more than one triangle, counted once for each triangle too many.
-    pub overlapping_texels: usize,
-    /// Vertices of faces without texture coordinates; they are not displaced.
-    pub unmapped_vertices: usize,
-    /// Vertices of faces whose normals cancel; they are not displaced.
+    /// The same map with weights of 8 bits, as the samplers of many GPUs have them.
+    pub eight_bit_weights: Filtered,
+    /// What other numbers of bits would give: 8, 16 and 32.
+    pub by_bits: Vec<BitsError>,
+    /// What clients do that sample each wedge at its own texture coordinate; only with [`Layout::Uv`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub own_uvs: Option<OwnUvs>,
+    /// What the layout of the texture makes hard; only with [`Layout::Uv`].
+    #[serde(flatten)]
+    pub layout: Findings,
+    /// Root mean square over the vertices of |δ − h·n|: the part of the way that heights leave out. Zero for vectors.
+    pub left_out_rms: f64,
+    /// Vertices of faces whose normals cancel; a map of heights does not displace them.
     pub vertices_without_normal: usize,
+    /// What would make the map better.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub suggestion: Option<String>,
 }
 
-/// Settings for programs that add: p + n · (…).
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Clients {
-    /// three.js `MeshStandardMaterial`.
-    pub threejs: ThreeJs,
-    /// Blender's Displace modifier, direction Normal, image as Non-Color.
-    pub blender: Blender,
-    /// `disp -mm base gain FILE`.
-    pub mtl: Mtl,
+/// Differences between the height that a vertex samples and its own; of vectors the largest of the three.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MapErrors {
+    /// Largest, model units.
+    pub max: f64,
+    /// 99th percentile, model units.
+    pub p99: f64,
+    /// Largest, quanta; none for a flat map.
+    pub max_quanta: Option<f64>,
+    /// 99th percentile, quanta.
+    pub p99_quanta: Option<f64>,
 }
 
-/// texel · displacementScale + displacementBias
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub struct ThreeJs {
-    /// −λ · scale
-    pub displacement_scale: f64,
-    /// −λ · bias
-    pub displacement_bias: f64,
+/// Errors with other weights, model units.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Filtered {
+    /// Largest.
+    pub max_error: f64,
+    /// 99th percentile.
+    pub p99_error: f64,
+    /// Between two wedges of one vertex.
+    pub seam_gap: f64,
 }
 
-/// strength · (texel − mid_level)
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Blender {
-    /// −λ · scale
-    pub strength: f64,
-    /// −bias / scale; 0 for a flat map.
-    pub mid_level: f64,
+/// The error that a number of bits gives.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct BitsError {
+    /// 8 or 16 for integers, 32 for floating point.
+    pub bits: u32,
+    /// Largest distance of a vertex from where it should be, model units.
+    pub max_error: f64,
 }
 
-/// base + gain · texel
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Mtl {
-    /// −λ · bias
-    pub base: f64,
-    /// −λ · scale
-    pub gain: f64,
-}
-
-impl Clients {
-    /// Folds λ and the signs into bias and scale.
-    pub fn new(encoding: Encoding, lambda: f64) -> Self {
-        let (bias, scale) = (f64::from(encoding.bias), f64::from(encoding.scale));
-        // Adding zero turns −0 into 0, which reads better.
-        let (base, gain) = (-lambda * bias + 0.0, -lambda * scale + 0.0);
-        let mid_level = if scale > 0.0 { -bias / scale + 0.0 } else { 0.0 };
-        Self {
-            threejs: ThreeJs { displacement_scale: gain, displacement_bias: base },
-            blender: Blender { strength: gain, mid_level },
-            mtl: Mtl { base, gain },
-        }
-    }
+/// Wedges that sample at their own texture coordinates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct OwnUvs {
+    /// Vertices with several wedges.
+    pub seam_vertices: usize,
+    /// Those of them whose wedges all land on the same place, bit for bit.
+    pub bit_equal_seam_vertices: usize,
+    /// Largest distance between two wedges of one vertex after displacement, model units.
+    pub seam_gap: f64,
 }
 
 /// Why bytes are not a manifest.
@@ -297,6 +322,11 @@ pub enum ManifestError {
 }
 
 impl Manifest {
+    /// `[v, vt]`, counted from 0: vertices that sample elsewhere than where their first corner says.
+    pub fn dominant_pairs(&self) -> Vec<[Index; 2]> {
+        self.dominant_uv.as_ref().map(DominantUv::pairs).unwrap_or_default()
+    }
+
     /// Reads and checks a manifest.
     pub fn from_json(bytes: &[u8]) -> Result<Self, ManifestError> {
         let json = |e: serde_json::Error| ManifestError::Json(e.to_string());
@@ -328,10 +358,15 @@ impl Manifest {
         ensure(strength, "displacement.lambda", format!("{} is not a strength", map.lambda))?;
         let near = map.origin.to_array().into_iter().all(single);
         ensure(near, "displacement.origin", format!("{} is too large", map.origin))?;
-        let counted_from_one = self.dominant_uv.seam_vertices.iter().flatten().all(|&i| i > 0);
+        let enough = map.layout == Layout::Uv || map.size().texels() >= self.source.vertices;
+        let texels = map.size().texels();
+        let problem = format!("{texels} texels are too few for {} vertices", self.source.vertices);
+        ensure(enough, "displacement.width", problem)?;
+        let pairs = self.dominant_uv.as_ref().map_or(&[][..], |uv| &uv.seam_vertices);
+        let counted_from_one = pairs.iter().flatten().all(|&i| i > 0);
         ensure(counted_from_one, "dominant_uv.seam_vertices", "index 0: they count from 1".to_owned())?;
         let in_mesh = |pair: &[Index; 2]| pair[0] as usize <= self.source.vertices;
-        let stray = self.dominant_uv.seam_vertices.iter().find(|pair| !in_mesh(pair));
+        let stray = pairs.iter().find(|pair| !in_mesh(pair));
         ensure(stray.is_none(), "dominant_uv.seam_vertices", format!("{stray:?} names no vertex"))
     }
 
@@ -339,7 +374,9 @@ impl Manifest {
     pub fn to_json(&self) -> String {
         // Strings, numbers and lists cannot fail to become JSON.
         let mut value = serde_json::to_value(self).unwrap_or_default();
-        let pairs = std::mem::take(&mut value["dominant_uv"]["seam_vertices"]);
+        let Some(pairs) = value.pointer_mut("/dominant_uv/seam_vertices").map(std::mem::take) else {
+            return serde_json::to_string_pretty(&value).unwrap_or_default() + "\n";
+        };
         let text = serde_json::to_string_pretty(&value).unwrap_or_default();
         text.replace("\"seam_vertices\": null", &format!("\"seam_vertices\": {pairs}")) + "\n"
     }

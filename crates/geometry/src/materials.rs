@@ -102,17 +102,24 @@ pub fn textures(library: &[u8]) -> Vec<String> {
     text.lines().filter_map(statement).collect()
 }
 
-/// The numbers and files that a carrier's materials name.
-#[derive(Clone, Debug, PartialEq)]
+/// What is said of the maps in a carrier's materials.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct MapStatements<'a> {
+    /// `disp`
+    pub displacement: Option<DisplacementStatement<'a>>,
+    /// `norm`: file of the normal map.
+    pub normal: Option<&'a str>,
+}
+
+/// `disp -mm base gain file`
+#[derive(Clone, Debug, PartialEq)]
+pub struct DisplacementStatement<'a> {
     /// File of the displacement map.
-    pub displacement: &'a str,
+    pub file: &'a str,
     /// Height at texel zero as the statement wants it: clients add, so this is −λ·bias.
     pub base: f64,
     /// −λ·scale.
     pub gain: f64,
-    /// File of the normal map.
-    pub normal: &'a str,
 }
 
 /// A carrier's material library: the user's libraries one after the other, each material with `disp -mm` and `norm`,
@@ -125,8 +132,10 @@ pub fn carrier_library(
     maps: &MapStatements,
     relocate: impl Fn(&str) -> String,
 ) -> Vec<u8> {
-    let MapStatements { displacement, base, gain, normal } = maps;
-    let added = format!("disp -mm {base:?} {gain:?} {displacement}\nnorm {normal}\n");
+    let displacement = maps.displacement.as_ref();
+    let displacement = displacement.map(|d| format!("disp -mm {:?} {:?} {}\n", d.base, d.gain, d.file));
+    let normal = maps.normal.map(|file| format!("norm {file}\n"));
+    let added = displacement.unwrap_or_default() + &normal.unwrap_or_default();
     let mut out = Vec::new();
     for library in libraries {
         for line in library.split(|&b| b == b'\n') {
@@ -185,7 +194,10 @@ mod tests {
     #[test]
     fn a_carrier_keeps_the_materials_and_adds_the_maps() {
         let library = b"# scan\r\nnewmtl skin\r\nKd 1 1 1\r\nmap_Kd -bm 1 old dir/t.png\r\nbump old.png\r\n".to_vec();
-        let maps = MapStatements { displacement: "a.png", base: 0.5, gain: -1.0, normal: "n.png" };
+        let maps = MapStatements {
+            displacement: Some(DisplacementStatement { file: "a.png", base: 0.5, gain: -1.0 }),
+            normal: Some("n.png"),
+        };
         let obj = Obj::parse(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nusemtl skin\nf 3 2 1\n".to_vec()).unwrap();
         let out = carrier_library(&obj, &[library], &maps, |name| format!("../{name}"));
         let text = String::from_utf8(out).unwrap();

@@ -3,10 +3,13 @@
 //! Texel space has its origin at the top left corner of the image, x to the right and y down; the centre of texel
 //! (i, j) is at (i + ½, j + ½). [`Size::texel_from_uv`] is the only place that turns v over.
 
+pub mod findings;
 pub mod fit;
 pub mod normal_map;
 pub mod resolution;
 pub mod tangents;
+
+pub mod per_vertex;
 
 mod gutter;
 mod raster;
@@ -15,7 +18,6 @@ mod scatter;
 pub use raster::Coverage;
 
 use crate::atlas::Atlas;
-use crate::displacement::{Bits, Encoding};
 use crate::progress::{Cancelled, Parts, Progress};
 use crate::ragged::Index;
 use crate::surface::Surface;
@@ -136,18 +138,37 @@ pub fn bake(
     Ok(HeightMap { size, texels })
 }
 
+/// How exact a fitted map shall be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exactness {
+    /// Step between two values of what the map will be encoded in, as a share of its range.
+    pub quantum: f64,
+    /// How far a vertex may be off after encoding, quanta; half of one is lost to encoding itself.
+    pub tolerance: f64,
+}
+
+impl Exactness {
+    /// Share of the range at which a sample counts as met by the solver. Texels are in single precision whatever they
+    /// are encoded in.
+    fn residual(self) -> f64 {
+        self.quantum.max(f64::from(f32::EPSILON)) / 8.0
+    }
+    /// Share of the range that a sample may be off before encoding.
+    fn allowed(self) -> f64 {
+        ((self.tolerance - 0.5) * self.quantum).max(self.residual())
+    }
+}
+
 /// Moves the texels of a map until each wedge samples the height of its vertex (#V, model units), as far as the layout
-/// allows, to an eighth of a quantum of what the map will be encoded in; texels may leave the range of the heights by a
-/// quarter of it. Gives the number of vertices that stay off by more than half a quantum.
+/// allows, to an eighth of a quantum; texels may leave the range of the heights by a quarter of it. Gives the number of
+/// vertices that stay off by more than is allowed.
 pub fn fit(
     map: &mut HeightMap,
     atlas: &Atlas,
     heights: &[f64],
-    bits: Bits,
+    exactness: Exactness,
     progress: &dyn Progress,
 ) -> Result<usize, Cancelled> {
-    // Texels are in single precision whatever they are encoded in.
-    let tolerance = Encoding { bits, bias: 0.0, scale: 1.0 }.quantum().max(f64::from(f32::EPSILON)) / 8.0;
     let mut samples = Vec::new();
     for (vertex, wedges) in (0..).zip(atlas.wedges().iter()) {
         samples.extend(wedges.iter().map(|&uv| fit::Sample {
@@ -157,7 +178,7 @@ pub fn fit(
             on_seam: wedges.len() > 1,
         }));
     }
-    fit::fit(&mut map.texels, map.size, &samples, tolerance, progress)
+    fit::fit(&mut map.texels, map.size, &samples, exactness, progress)
 }
 
 /// Value at a place in a triangle; never outside the values at its corners, whatever the rounding.

@@ -3,9 +3,9 @@
 use super::{cases, finite};
 use crate::support::{bake, heights, keeps_its_promises, model, obj_text, sampled};
 use glam::{DVec2, DVec3};
-use planish_geometry::bundle::{Goal, Lambda, Settings};
+use planish_geometry::bundle::{Goal, Lambda, LayoutChoice, Settings};
 use planish_geometry::denoise::{Denoiser, Laplacian};
-use planish_geometry::displacement::{Bits, Encoding};
+use planish_geometry::displacement::{Encoding, TexelFormat};
 use planish_geometry::model::NormalSource;
 use planish_geometry::texture::{Interpolation, Texels};
 use planish_geometry::weld::Welding;
@@ -49,17 +49,19 @@ fn sheet() -> impl Strategy<Value = String> {
 fn settings() -> impl Strategy<Value = Settings> {
     let interpolations =
         vec![Interpolation::Barycentric, Interpolation::Natural, Interpolation::Idw, Interpolation::Nearest];
-    let bits = vec![Bits::Eight, Bits::Sixteen, Bits::ThirtyTwo];
+    let formats = TexelFormat::ALL.to_vec();
+    let layouts = vec![LayoutChoice::Auto, LayoutChoice::Uv, LayoutChoice::Vertex];
     let normals = vec![NormalSource::Uniform, NormalSource::Area, NormalSource::Angle];
     let texels = vec![Texels::Fitted, Texels::Interpolated];
-    (1..70_u32, select(interpolations), select(texels), select(bits), select(normals), 1..4_u32).prop_map(
-        |(side, interpolation, texels, bits, normals, iterations)| Settings {
+    (1..70_u32, select(interpolations), select(texels), select(formats), select(layouts), select(normals), 1..4_u32).prop_map(
+        |(side, interpolation, texels, texel, layout, normals, iterations)| Settings {
             goal: Goal::Denoiser(Denoiser::Laplacian(Laplacian { iterations, step: 1.0, ..Laplacian::default() })),
             lambda: Lambda(0.7),
             side: Some(side),
             interpolation,
             texels,
-            bits,
+            texel,
+            layout,
             normals,
             ..Settings::default()
         },
@@ -107,7 +109,7 @@ proptest! {
             _ => (tame(a), tame(b) * 1e-30),
         };
         let (low, high) = (a.min(b), a.max(b));
-        let Encoding { bias, scale, .. } = Encoding::covering(low, high, Bits::Sixteen);
+        let Encoding { bias, scale, .. } = Encoding::covering(low, high, TexelFormat::Png16);
         let (bias, scale) = (f64::from(bias), f64::from(scale));
         let (top, missing) = two_sum(bias, scale);
         prop_assert!(bias <= low && (top > high || top == high && missing >= 0.0), "{bias:e} {scale:e}");

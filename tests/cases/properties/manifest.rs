@@ -5,7 +5,7 @@ use crate::support::{bake, model};
 use glam::DVec3;
 use planish_geometry::bundle::Settings;
 use planish_geometry::denoise::{Boundary, Denoiser, EdgeWeights, Laplacian};
-use planish_geometry::displacement::Bits;
+use planish_geometry::displacement::TexelFormat;
 use planish_geometry::manifest::{LARGEST_SIDE, Manifest, Method, Target};
 use planish_geometry::model::NormalSource;
 use planish_geometry::texture::Interpolation;
@@ -46,7 +46,7 @@ proptest! {
         [width, height] in [1..=LARGEST_SIDE, 1..=LARGEST_SIDE],
         pairs in vec([1..=u32::MAX, 1..=u32::MAX], 0..5),
         (method, welding) in (method(), welding()),
-        bits in select(&[Bits::Eight, Bits::Sixteen, Bits::ThirtyTwo][..]),
+        texel in select(&TexelFormat::ALL[..]),
         normals in select(&[NormalSource::File, NormalSource::Uniform, NormalSource::Angle][..]),
         interpolation in select(&[Interpolation::Barycentric, Interpolation::Natural, Interpolation::Idw][..]),
     ) {
@@ -55,20 +55,22 @@ proptest! {
         let mut manifest = baked();
         let Manifest { source, displacement, normal_map, carrier, report, clients, .. } = &mut manifest;
         let mut name = names.into_iter();
+        let normal_map = normal_map.as_mut().expect("it has one");
         for field in [&mut source.file, &mut displacement.file, &mut normal_map.file, &mut carrier.obj, &mut carrier.mtl] {
             *field = name.next().expect("there are six");
         }
         source.vertices = u32::MAX as usize;
-        (displacement.width, displacement.height, displacement.bits) = (width, height, bits);
+        (displacement.width, displacement.height, displacement.texel) = (width, height, texel);
         (displacement.bias, displacement.scale, displacement.lambda) = (single[0], single[1].abs(), lambda);
         displacement.origin = DVec3::from_slice(&single[2..]);
-        displacement.interpolation = interpolation;
+        displacement.interpolation = Some(interpolation);
         (report.max_error, report.p99_error, report.mean_error) = (numbers[0], numbers[1], numbers[2]);
-        report.smallest_distance = (numbers[3] > 0.0).then_some(numbers[3]);
-        clients.blender.mid_level = numbers[4];
-        clients.mtl.base = numbers[5];
-        manifest.dominant_uv.rule = name.next().expect("there are six");
-        manifest.dominant_uv.seam_vertices = pairs;
+        report.layout.smallest_distance = (numbers[3] > 0.0).then_some(numbers[3]);
+        clients.blender.as_mut().expect("heights").mid_level = numbers[4];
+        clients.mtl.as_mut().expect("heights").base = numbers[5];
+        let dominant_uv = manifest.dominant_uv.as_mut().expect("it has the layout of the texture");
+        dominant_uv.rule = name.next().expect("there are six");
+        dominant_uv.seam_vertices = pairs;
         (manifest.method, manifest.welding, manifest.normals) = (method, welding, normals);
         let json = manifest.to_json();
         let read = Manifest::from_json(json.as_bytes());

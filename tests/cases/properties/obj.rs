@@ -64,7 +64,7 @@ fn differs_only_in_coordinates(
 fn gets_through(bytes: &[u8]) -> Result<(), TestCaseError> {
     let Ok(obj) = Obj::parse(bytes.to_vec()) else { return Ok(()) };
     prop_assert_eq!(&obj.with_positions(obj.positions(), Some(obj.normals())), bytes);
-    let carrier = obj.carrier(obj.positions(), &vec![Vec3::Z; obj.positions().len()], "a.mtl");
+    let carrier = obj.carrier(obj.positions(), &vec![Vec3::Z; obj.positions().len()], None, "a.mtl");
     let carrier =
         Obj::parse(carrier).map_err(|e| TestCaseError::fail(format!("the carrier does not read back: {e}")))?;
     prop_assert_eq!(bits(carrier.positions()), bits(obj.positions()));

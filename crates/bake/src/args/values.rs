@@ -2,7 +2,8 @@
 
 use clap::ValueEnum;
 use planish_geometry::denoise::{Boundary, EdgeWeights};
-use planish_geometry::displacement::Bits;
+use planish_geometry::bundle::LayoutChoice;
+use planish_geometry::displacement::FileFormat;
 use planish_geometry::manifest::LARGEST_SIDE;
 use planish_geometry::model::NormalSource;
 use planish_geometry::texture::normal_map::Convention;
@@ -98,13 +99,44 @@ choice!(DirectionArg => planish_geometry::noise::Direction {
     Random => planish_geometry::noise::Direction::Random,
 });
 
-/// File formats.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum FormatArg {
+choice!(FormatArg => FileFormat {
     /// 8 or 16 bits
-    Png,
-    /// 32-bit floating point
-    Exr,
+    #[default]
+    Png => FileFormat::Png,
+    /// Floating point: 16 (half) or 32 bits
+    Exr => FileFormat::Exr,
+    /// 16 bits, or 32 of floating point
+    Tiff => FileFormat::Tiff,
+});
+
+choice!(LayoutArg => LayoutChoice {
+    /// The mesh's own UVs where these can hold all heights, else one texel for each vertex
+    #[default]
+    Auto => LayoutChoice::Auto,
+    /// The mesh's own UVs
+    Uv => LayoutChoice::Uv,
+    /// One texel for each vertex: always exact, needs no UVs
+    Vertex => LayoutChoice::Vertex,
+});
+
+/// What a map holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum MapArg {
+    /// Heights along the normals, one channel
+    #[default]
+    Scalar,
+    /// The whole way, three channels
+    Vector,
+}
+
+/// Axes of a vector map.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SpaceArg {
+    /// Those of the model
+    #[default]
+    Object,
+    /// Tangent, bitangent and normal of each vertex; follows a mesh that is bent
+    Tangent,
 }
 
 /// `--size`.
@@ -121,9 +153,18 @@ pub(super) fn side(text: &str) -> Result<SideArg, String> {
     }
 }
 
-pub(super) fn bits(text: &str) -> Result<Bits, String> {
-    let number: u32 = text.parse().map_err(|_| "a texel has 8, 16 or 32 bits".to_owned())?;
-    Bits::try_from(number)
+pub(super) fn largest_side(text: &str) -> Result<u32, String> {
+    let allowed = text.parse().ok().filter(|side| (1..=LARGEST_SIDE).contains(side));
+    allowed.ok_or_else(|| format!("a size is a number from 1 to {LARGEST_SIDE}"))
+}
+
+pub(super) fn bits(text: &str) -> Result<u32, String> {
+    let allowed = text.parse().ok().filter(|bits| [8, 16, 32].contains(bits));
+    allowed.ok_or_else(|| "a texel has 8, 16 or 32 bits".to_owned())
+}
+
+pub(super) fn tolerance(text: &str) -> Result<f64, String> {
+    number(text, |x| (0.625..=1e6).contains(&x), "not a number from 0.625 on; encoding alone costs half a quantum")
 }
 
 pub(super) fn welding(text: &str) -> Result<Welding, String> {

@@ -6,13 +6,16 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::input;
 use crate::output::Output;
-use planish_geometry::apply::{self, ShaderVertex};
+use planish_geometry::apply::{self, Places, ShaderVertex};
 use planish_geometry::bundle;
-use planish_geometry::displacement::Displacement;
+use planish_geometry::displacement::{Displacement, MapKind};
 use planish_geometry::manifest::{self, Manifest};
 use planish_geometry::model::Model;
 use planish_geometry::obj::Obj;
 use planish_geometry::progress::Progress as _;
+use planish_geometry::texture::tangents;
+use planish_geometry::weld::Welding;
+use glam::Vec3;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -34,7 +37,7 @@ pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
     let output = Output::open(&args.output, &[&args.manifest, &mesh, &image])?;
 
     let entry = &manifest.displacement;
-    let map = Displacement::decode(&input::read(&image)?, entry.size(), entry.encoding())
+    let map = Displacement::decode(&input::read(&image)?, entry.map, entry.size(), entry.encoding())
         .map_err(|e| Failure::at(&image, e))?;
     let obj = input::obj(&mesh)?;
     console.check()?;
@@ -68,7 +71,7 @@ pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
 /// The vertices of the carrier as it is, or of the source with the normals that the bake used.
 fn shader_vertices(obj: &Obj, manifest: &Manifest, mesh: &Path, named_in: &Path) -> Result<Vec<ShaderVertex>, Failure> {
     let digest = manifest::sha256(obj.bytes());
-    let dominant = manifest.dominant_uv.pairs();
+    let dominant = manifest.dominant_pairs();
     let named = |&[v, vt]: &[u32; 2]| (v as usize) < obj.positions().len() && (vt as usize) < obj.uvs().len();
     let is_carrier = digest == manifest.carrier.sha256;
     if !is_carrier && digest != manifest.source.sha256 {
@@ -85,11 +88,32 @@ fn shader_vertices(obj: &Obj, manifest: &Manifest, mesh: &Path, named_in: &Path)
             format!("field `dominant_uv.seam_vertices`: the mesh has no vertex {} or no `vt` {}", v + 1, vt + 1);
         return Err(Failure::at(named_in, reason));
     }
+    let places = Places::new(manifest.displacement.layout, &dominant);
     let origin = manifest.displacement.origin;
-    if is_carrier {
-        return Ok(apply::carrier_vertices(obj, &dominant, origin));
+    let needs_frames = manifest.displacement.map == MapKind::VectorTangent;
+    if is_carrier && !needs_frames {
+        return Ok(apply::carrier_vertices(obj, places, origin));
     }
-    let model = Model::new(obj.clone(), manifest.welding);
-    let normals = bundle::displacement_normals(&model, manifest.normals).map_err(|e| Failure::at(mesh, e))?;
-    Ok(apply::source_vertices(obj, &model.weld().spread(&normals), &dominant, origin))
+    // A carrier has its vertices where welding put them.
+    let welding = match manifest.welding {
+        Welding::Epsilon(_) if is_carrier => Welding::Exact,
+        welding => welding,
+    };
+    let model = Model::new(obj.clone(), welding);
+    let normals = if is_carrier {
+        let of_lines: Vec<Vec3> = apply::carrier_vertices(obj, places, origin).iter().map(|v| v.normal).collect();
+        model.weld().first().iter().map(|&line| of_lines[line as usize]).collect()
+    } else {
+        bundle::displacement_normals(&model, manifest.normals).map_err(|e| Failure::at(mesh, e))?
+    };
+    let mut vertices = apply::source_vertices(obj, &model.weld().spread(&normals), places, origin);
+    if needs_frames {
+        let atlas = model.atlas().map_err(|e| Failure::at(mesh, e))?;
+        let of_corners = tangents::tangents(model.surface(), &atlas, &normals);
+        let frames = tangents::at_vertices(model.surface(), &atlas, &normals, &of_corners);
+        for (vertex, frame) in vertices.iter_mut().zip(model.weld().spread(&frames)) {
+            vertex.tangent = frame;
+        }
+    }
+    Ok(vertices)
 }

@@ -1,15 +1,15 @@
 //! `planish bake`
 
 use super::{count, measure};
-use crate::args::{BakeArgs, FormatArg};
+use crate::args::{BakeArgs, FormatArg, MapArg, SpaceArg};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::input;
 use crate::output::{self, Folder};
 use planish_geometry::atlas::AtlasError;
-use planish_geometry::bundle::{self, BakeError, Bundle, Goal, Lambda, Names, Settings};
-use planish_geometry::displacement::Bits;
-use planish_geometry::manifest::{self, Report, Target};
+use planish_geometry::bundle::{self, BakeError, Bundle, Fallback, Goal, Lambda, LargestSide, LayoutChoice, Names, Quanta, Settings};
+use planish_geometry::displacement::{FileFormat, MapKind, TexelFormat};
+use planish_geometry::manifest::{self, Layout, Report, Target};
 use planish_geometry::materials;
 use planish_geometry::model::Model;
 use planish_geometry::progress::Progress as _;
@@ -22,12 +22,18 @@ struct Baked<'a> {
     source: String,
     files: Vec<String>,
     size_reason: Option<String>,
-    seam_vertices: usize,
+    layout_reason: Option<String>,
     manifest: &'a planish_geometry::manifest::Manifest,
 }
 
 pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
-    let bits = texel_bits(args)?;
+    let texel = texel(args)?;
+    let map = map_kind(args)?;
+    let layout = args.layout.into();
+    if layout == LayoutChoice::Vertex && args.size.0.is_some() {
+        let reason = "--size does not go with --layout vertex, whose size follows from the number of vertices";
+        return Err(Failure::Input(reason.to_owned()));
+    }
     let input = &args.input;
     let stem = input.file_stem().map(|s| s.to_string_lossy().into_owned());
     let stem = stem.ok_or_else(|| Failure::at(input, "names no file"))?;
@@ -41,10 +47,14 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
         welding: args.method.weld,
         normals: args.normals.into(),
         lambda: Lambda(args.lambda),
+        map,
+        layout,
         side: args.size.0,
+        largest_side: LargestSide(args.max_size),
+        tolerance: Quanta(args.tolerance),
         interpolation: args.interpolation.into(),
         texels: args.texels.into(),
-        bits,
+        texel,
         convention: args.normal_convention.into(),
     };
     let libraries = libraries(input, &model, console);
@@ -69,7 +79,7 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
         source: input.display().to_string(),
         files: written.iter().map(|p| p.display().to_string()).collect(),
         size_reason: bundle.choice.map(|choice| choice.to_string()),
-        seam_vertices: seam_vertices(&model, &bundle),
+        layout_reason: bundle.fallback.as_ref().map(ToString::to_string),
         manifest: &bundle.manifest,
     };
     console.report(&report, || text(&report));
@@ -84,24 +94,37 @@ fn goal(args: &BakeArgs, model: &Model, folder: &Path) -> Result<Goal, Failure> 
         let reason = format!("has {found} `v` lines, but {} has {needed}", args.input.display());
         return Err(Failure::at(path, reason));
     }
-    let positions = model.weld().first().iter().map(|&line| obj.positions()[line as usize]).collect();
     let target = Target::new(from_folder(path, folder), manifest::sha256(obj.bytes()));
-    Ok(Goal::Target { positions, target })
+    Ok(Goal::to(model, &obj, target))
 }
 
-fn texel_bits(args: &BakeArgs) -> Result<Bits, Failure> {
-    match (args.format, args.bits) {
-        (None, bits) => Ok(bits.unwrap_or_default()),
-        (Some(FormatArg::Exr), None | Some(Bits::ThirtyTwo)) => Ok(Bits::ThirtyTwo),
-        (Some(FormatArg::Png), None) => Ok(Bits::default()),
-        (Some(FormatArg::Png), Some(bits @ (Bits::Eight | Bits::Sixteen))) => Ok(bits),
-        (Some(FormatArg::Png), Some(Bits::ThirtyTwo)) => {
-            Err(Failure::Input("a PNG has no 32-bit texels: use --format exr, or --bits 16".to_owned()))
-        }
-        (Some(FormatArg::Exr), Some(bits)) => {
-            let bits = u32::from(bits);
-            Err(Failure::Input(format!("an EXR has no {bits}-bit integer texels: use --bits 32, or --format png")))
-        }
+/// The format that was asked for, whole or in part.
+fn texel(args: &BakeArgs) -> Result<TexelFormat, Failure> {
+    let format = args.format.map_or_else(
+        || if args.bits == Some(32) { FileFormat::Exr } else { FileFormat::Png },
+        |format: FormatArg| format.into(),
+    );
+    let bits = args.bits.unwrap_or(if format == FileFormat::Exr { 32 } else { 16 });
+    TexelFormat::new(format, bits).ok_or_else(|| {
+        let of = |f: fn(&TexelFormat) -> String, fits: &dyn Fn(&TexelFormat) -> bool| {
+            let mut all: Vec<String> = TexelFormat::ALL.iter().filter(|t| fits(t)).map(f).collect();
+            all.dedup();
+            all.join(" or ")
+        };
+        let bits_of_file = of(|t| t.bits().to_string(), &|t| t.file() == format);
+        let files_of_bits = of(|t| t.file().to_string().to_lowercase(), &|t| t.bits() == bits);
+        Failure::Input(format!(
+            "{format} has no {bits}-bit texels: use --bits {bits_of_file}, or --format {files_of_bits}"
+        ))
+    })
+}
+
+fn map_kind(args: &BakeArgs) -> Result<MapKind, Failure> {
+    match (args.map, args.space) {
+        (MapArg::Scalar, None) => Ok(MapKind::Scalar),
+        (MapArg::Scalar, Some(_)) => Err(Failure::Input("--space goes with --map vector".to_owned())),
+        (MapArg::Vector, None | Some(SpaceArg::Object)) => Ok(MapKind::VectorObject),
+        (MapArg::Vector, Some(SpaceArg::Tangent)) => Ok(MapKind::VectorTangent),
     }
 }
 
@@ -138,12 +161,15 @@ fn explain(error: BakeError, model: &Model, input: &Path) -> Failure {
         BakeError::Cancelled(_) => Failure::Interrupted,
         BakeError::Atlas(AtlasError::NoUvs) => Failure::at(
             input,
-            "has no texture coordinates (no face names a `vt`); unwrap it first (in Blender: Edit Mode, U, Smart UV Project), or use `planish denoise`, which needs none",
+            "has no texture coordinates (no face names a `vt`): use --layout vertex, which needs none, or unwrap it first (in Blender: Edit Mode, U, Smart UV Project)",
         ),
         BakeError::Atlas(AtlasError::NonFinite { uv }) => {
             let lines = model.obj().non_finite_uvs();
             let line = lines.iter().find(|l| l.0 == uv).or(lines.first()).map_or(0, |l| l.1);
             Failure::at(input, format!("line {line}: a texture coordinate that a face uses is not finite"))
+        }
+        BakeError::NoTangents => {
+            Failure::at(input, "has no texture coordinates, and --space tangent needs some; use --space object")
         }
         BakeError::Normals(e) => Failure::at(input, format!("{e}; use --normals angle")),
         BakeError::NotFinite => Failure::at(input, BakeError::NotFinite),
@@ -152,54 +178,31 @@ fn explain(error: BakeError, model: &Model, input: &Path) -> Failure {
 }
 
 fn warnings(bundle: &Bundle) -> Vec<String> {
-    let r = &bundle.manifest.report;
-    let side = bundle.manifest.displacement.width;
-    let mut out = Vec::new();
-    let mut warn = |n: usize, text: String| {
-        if n > 0 {
-            out.push(text);
-        }
-    };
+    let m = &bundle.manifest;
+    let r = &m.report;
+    // Crowding alone is no harm where the fit resolved it.
+    let mut out = r.layout.problems();
+    if r.layout.crowded_vertices > 0 {
+        out.pop();
+    }
+    if let Some(reason) = &bundle.fallback {
+        out.push(format!("one texel for each vertex, because {reason}"));
+    }
+    if m.normal_map.is_none() && bundle.fallback != Some(Fallback::NoUvs) && m.displacement.layout == Layout::Vertex {
+        out.push("no normal map: the texture coordinates of the mesh have no room for one".to_owned());
+    }
     let vertices = |n| count(n, "vertex", "vertices");
-    warn(
-        r.overlapping_texels,
-        format!(
-            "charts overlap in {}: faces that share texels get one height; give them places of their own",
-            count(r.overlapping_texels, "texel", "texels")
-        ),
-    );
-    warn(
-        r.out_of_range_vertices,
-        format!("{} outside [0, 1]: the map is clamped at its border there", vertices(r.out_of_range_vertices)),
-    );
-    warn(
-        r.unmapped_vertices,
-        format!("{} without texture coordinates: they stay where they are", vertices(r.unmapped_vertices)),
-    );
-    warn(
-        r.vertices_without_normal,
-        format!(
-            "{} without a normal (their faces cancel): they stay where they are",
-            vertices(r.vertices_without_normal)
-        ),
-    );
-    warn(
-        r.unresolved_vertices,
-        format!(
-            "{} off by more than a quantum at {side}: the layout crowds them; try a larger --size, or a looser layout",
-            vertices(r.unresolved_vertices)
-        ),
-    );
+    if r.vertices_without_normal > 0 {
+        let n = vertices(r.vertices_without_normal);
+        out.push(format!("{n} without a normal (their faces cancel): they stay where they are"));
+    }
+    if r.unresolved_vertices > 0 {
+        let (n, side) = (vertices(r.unresolved_vertices), m.displacement.width);
+        let tolerance = r.tolerance_quanta;
+        let cure = r.suggestion.as_ref().map(|s| format!("; {s}")).unwrap_or_default();
+        out.push(format!("{n} off by more than {tolerance} quanta at {side}{cure}"));
+    }
     out
-}
-
-/// Vertices with several wedges; the manifest lists each of their `v` lines.
-fn seam_vertices(model: &Model, bundle: &Bundle) -> usize {
-    let pairs = bundle.manifest.dominant_uv.pairs();
-    let mut vertices: Vec<_> = pairs.iter().map(|pair| model.weld().vertex_of()[pair[0] as usize]).collect();
-    vertices.sort_unstable();
-    vertices.dedup();
-    vertices.len()
 }
 
 fn text(baked: &Baked) -> String {
@@ -221,10 +224,11 @@ fn text(baked: &Baked) -> String {
     line(
         "map",
         format!(
-            "{} × {}, {} bits: height = {} + {} · texel",
+            "{} × {}, {}: {} = {} + {} · texel",
             map.width,
             map.height,
-            u32::from(map.bits),
+            map.texel,
+            if map.map == MapKind::Scalar { "height" } else { "offset" },
             measure(map.bias),
             measure(map.scale)
         ),
@@ -233,35 +237,37 @@ fn text(baked: &Baked) -> String {
         line("size", reason.clone());
     }
     line("error", errors(r, map.scale));
-    line(
-        "seams",
-        format!(
-            "gap {} between the wedges of a vertex, {} with several",
-            r.seam_gap,
-            count(baked.seam_vertices, "vertex", "vertices")
-        ),
-    );
-    line(
-        "layout",
-        format!(
-            "{:.1} % covered, {} unresolved",
-            100.0 * r.coverage,
-            count(r.unresolved_vertices, "vertex", "vertices")
-        ),
-    );
+    match &r.own_uvs {
+        Some(own) => {
+            let n = count(own.seam_vertices, "vertex", "vertices");
+            line("seams", format!("gap {} between the wedges of a vertex, {n} with several", r.seam_gap));
+            let text = format!(
+                "the mesh's own, {:.1} % covered, {} unresolved",
+                100.0 * r.layout.coverage,
+                count(r.unresolved_vertices, "vertex", "vertices")
+            );
+            line("layout", text);
+        }
+        None => {
+            line("seams", format!("gap {} between the wedges of a vertex", r.seam_gap));
+            line("layout", "one texel for each vertex".to_owned());
+        }
+    }
     for file in &baked.files {
         line("wrote", file.clone());
     }
     out
 }
 
-/// Errors in quanta, which is what the encoding allows, or as shares of the range where they are far from that.
-fn errors(r: &Report, range: f64) -> String {
+/// Errors of the places in model units, and of the map in quanta, which is what the encoding allows, or in shares of
+/// the range where it is far from that.
+pub(super) fn errors(r: &Report, range: f64) -> String {
+    let map = &r.map_errors;
     let unit = |error: f64| match r.quantum > 0.0 {
-        false => String::new(),
-        true if r.max_error < 100.0 * r.quantum => format!(" ({:.2} quanta)", error / r.quantum),
-        true => format!(" ({:.2} % of the range)", 100.0 * error / range),
+        false => "0".to_owned(),
+        true if map.max < 100.0 * r.quantum => format!("{:.2} quanta", error / r.quantum),
+        true => format!("{:.2} % of the range", 100.0 * error / range),
     };
-    let text = |error: f64| format!("{error:.3e}{}", unit(error));
-    format!("max {}, 99 % below {}, mean {}", text(r.max_error), text(r.p99_error), text(r.mean_error))
+    let places = format!("max {:.3e}, 99 % below {:.3e}, mean {:.3e}", r.max_error, r.p99_error, r.mean_error);
+    format!("{places}; of the map alone max {}, 99 % below {}", unit(map.max), unit(map.p99))
 }

@@ -9,6 +9,7 @@ use planish_geometry::atlas::{AtlasError, Charts};
 use planish_geometry::materials;
 use planish_geometry::model::{Defects, Model};
 use planish_geometry::progress::Progress as _;
+use planish_geometry::texture::findings;
 use planish_geometry::texture::resolution::{self, Spacing};
 use planish_geometry::texture::{Coverage, Size};
 use serde::Serialize;
@@ -84,8 +85,8 @@ fn look(path: &Path, model: &Model, console: &Console) -> Result<Info, Failure> 
     let mut notes = notes(model, &defects);
     let layout = match model.atlas() {
         Ok(atlas) => {
-            let choice = Spacing::new(&atlas).choose();
-            let out_of_range_vertices = resolution::out_of_range(&atlas);
+            let choice = Spacing::new(&atlas).choose(&resolution::sides(resolution::LARGEST_SIDE));
+            let out_of_range_vertices = findings::out_of_range(&atlas);
             let coverage = Coverage::new(surface, &atlas, Size::square(PROBE), console)?;
             let overlap = coverage.overlaps() as f64 / Size::square(PROBE).texels() as f64;
             if overlap > 0.0 {
@@ -107,7 +108,7 @@ fn look(path: &Path, model: &Model, console: &Console) -> Result<Info, Failure> 
             })
         }
         Err(AtlasError::NoUvs) => {
-            notes.push("no texture coordinates: `denoise` works, `bake` needs a UV unwrap first".to_owned());
+            notes.push("no texture coordinates: `bake` gives each vertex a texel of its own".to_owned());
             None
         }
         Err(AtlasError::NonFinite { .. }) => None,

@@ -1,102 +1,256 @@
 //! Measures what the written bytes do.
 
-use super::BakeError;
-use crate::apply;
-use crate::atlas::Atlas;
-use crate::displacement::Displacement;
-use crate::manifest::{Manifest, Report};
+use super::maps::Offsets;
+use crate::apply::{self, Places, ShaderVertex};
+use crate::displacement::{DecodeError, Displacement, Encoding, Place, TexelFormat, Weights};
+use crate::manifest::{BitsError, Filtered, Layout, Manifest, MapErrors, OwnUvs, Report};
 use crate::metrics::percentile;
 use crate::model::Model;
 use crate::obj::Obj;
 use crate::ragged::Index;
-use crate::texture::Coverage;
-use crate::texture::resolution::{self, Spacing};
+use crate::texture::findings::Findings;
+use crate::texture::tangents::Tangent;
+use crate::texture::{HeightMap, per_vertex};
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
-/// What is known of the layout before anything is written.
-pub(super) struct LayoutFindings {
-    coverage: f64,
-    crowded_vertices: usize,
-    smallest_distance: f64,
-    out_of_range_vertices: usize,
-    overlapping_texels: usize,
+/// What is measured.
+pub(super) struct Evidence<'a> {
+    pub(super) model: &'a Model,
+    /// Those that the map was made for. #V×3
+    pub(super) normals: &'a [Vec3],
+    /// Frames of the vertices; empty unless the map needs them. #V
+    pub(super) frames: &'a [Tangent],
+    /// Where the vertices should be, and the numbers that take them there.
+    pub(super) offsets: &'a Offsets,
+    pub(super) findings: Findings,
+    /// Before encoding; where there are none the report keeps what it said about other numbers of bits.
+    pub(super) channels: &'a [HeightMap],
+    /// The image file.
+    pub(super) displacement: &'a [u8],
+    /// As read back.
+    pub(super) carrier: &'a Obj,
 }
 
-impl LayoutFindings {
-    pub(super) fn of(atlas: &Atlas, spacing: &Spacing, coverage: &Coverage) -> Self {
-        let side = coverage.size().width;
-        Self {
-            coverage: coverage.share(),
-            crowded_vertices: spacing.crowded(side),
-            smallest_distance: spacing.smallest(side),
-            out_of_range_vertices: resolution::out_of_range(atlas),
-            overlapping_texels: coverage.overlaps(),
+/// Decodes the map and compares what a shader makes of it and the carrier with where the vertices should be.
+pub(super) fn measure(evidence: &Evidence, manifest: &Manifest) -> Result<Report, DecodeError> {
+    let Evidence { model, carrier, offsets, .. } = *evidence;
+    let entry = &manifest.displacement;
+    let map = Displacement::decode(evidence.displacement, entry.map, entry.size(), entry.encoding())?;
+    let dominant = manifest.dominant_pairs();
+    let mut vertices = apply::carrier_vertices(carrier, Places::new(entry.layout, &dominant), entry.origin);
+    if !evidence.frames.is_empty() {
+        for (vertex, frame) in vertices.iter_mut().zip(model.weld().spread(evidence.frames)) {
+            vertex.tangent = frame;
         }
     }
+    let mesh = Mesh::new(model, carrier, vertices, &offsets.places, entry.origin);
+    let exact = mesh.errors(&map, Weights::Exact);
+    let filtered = match entry.layout {
+        Layout::Uv => mesh.errors(&map, Weights::EightBits),
+        // By the second way to that texel: the sampler at its centre.
+        Layout::Vertex => mesh.at_texel_centres(&map).errors(&map, Weights::EightBits),
+    };
+
+    let quantum = entry.encoding().quantum();
+    let range = f64::from(entry.encoding().scale);
+    let ulp = f64::from(exact.largest.next_up() - exact.largest);
+    // What blending four texels in single precision may cost.
+    let rounding = 4.0 * f64::from(f32::EPSILON) * range;
+    let tolerance_quanta = manifest.report.tolerance_quanta;
+    let resolved = |error: &f64| *error <= tolerance_quanta * quantum + rounding;
+    let map_errors = mesh.map_errors(&map, &offsets.channels);
+    let in_quanta = |error: f64| (quantum > 0.0).then(|| error / quantum);
+    let of_range = |error: f64| (range > 0.0).then(|| error / range);
+    let Errors { max, p99, mean, seam_gap, .. } = exact;
+    let own_uvs = (entry.layout == Layout::Uv).then(|| mesh.own_uvs(carrier, &map));
+    let by_bits = || [TexelFormat::Png8, TexelFormat::Png16, TexelFormat::Exr32].map(|texel| {
+        let other = Encoding { texel, ..entry.encoding() };
+        let max_error = if other == entry.encoding() {
+            max
+        } else {
+            mesh.errors(&Displacement::encode(evidence.channels, entry.map, other), Weights::Exact).max
+        };
+        BitsError { bits: texel.bits(), max_error }
+    });
+    let without_normal = mesh.used.iter().filter(|(v, _)| evidence.normals[*v as usize] == Vec3::ZERO).count();
+    let mut report = Report {
+        max_error: max,
+        p99_error: p99,
+        mean_error: mean,
+        error_bound: max + ulp,
+        quantum,
+        max_error_quanta: in_quanta(max),
+        p99_error_quanta: in_quanta(p99),
+        mean_error_quanta: in_quanta(mean),
+        max_error_range: of_range(max),
+        p99_error_range: of_range(p99),
+        mean_error_range: of_range(mean),
+        seam_gap,
+        tolerance_quanta,
+        map_errors: MapErrors {
+            max: map_errors.last().copied().unwrap_or(0.0),
+            p99: percentile(&map_errors, 0.99),
+            max_quanta: in_quanta(map_errors.last().copied().unwrap_or(0.0)),
+            p99_quanta: in_quanta(percentile(&map_errors, 0.99)),
+        },
+        unresolved_vertices: map_errors.len() - map_errors.partition_point(resolved),
+        eight_bit_weights: Filtered { max_error: filtered.max, p99_error: filtered.p99, seam_gap: filtered.seam_gap },
+        by_bits: if evidence.channels.is_empty() { manifest.report.by_bits.clone() } else { by_bits().to_vec() },
+        own_uvs,
+        layout: evidence.findings.clone(),
+        left_out_rms: offsets.left_out_rms,
+        vertices_without_normal: without_normal,
+        suggestion: None,
+    };
+    report.suggestion = suggestion(manifest, &report);
+    Ok(report)
 }
 
-/// Decodes the map and compares what a shader makes of it and the carrier, as read back, with `expected` (#V×3, λ = 1), which lies along
-/// `normals` (#V×3).
-pub(super) fn measure(
-    model: &Model,
-    expected: &[DVec3],
-    normals: &[Vec3],
-    manifest: &Manifest,
-    map: &[u8],
-    carrier: &Obj,
-    layout: &LayoutFindings,
-) -> Result<Report, BakeError> {
-    let entry = &manifest.displacement;
-    let map = Displacement::decode(map, entry.size(), entry.encoding())?;
-    let shader = apply::carrier_vertices(carrier, &manifest.dominant_uv.pairs(), entry.origin);
-    let displaced: Vec<Vec3> = shader.iter().map(|v| v.displaced(&map, 1.0)).collect();
-
-    // Only lines that a face names are drawn; of the others a shader hears nothing.
-    let mut drawn = vec![false; shader.len()];
-    for corner in carrier.faces().items() {
-        drawn[corner.position as usize] = true;
+/// What would make the map better, in words.
+fn suggestion(manifest: &Manifest, report: &Report) -> Option<String> {
+    if report.unresolved_vertices > 0 {
+        let layout = &report.layout;
+        let cure = if layout.out_of_range_vertices > 0 || layout.overlapping_texels > 0 || layout.unmapped_vertices > 0 {
+            "an unwrap without overlaps inside [0, 1]"
+        } else {
+            "a larger size, or an unwrap with more room"
+        };
+        return Some(format!("use the layout `vertex`, which is exact; {cure} would help the layout `uv`"));
     }
-    let topology = model.surface().topology();
-    let mut first = vec![None; topology.vertex_count()];
-    let mut seam_gap = 0.0f32;
-    for (line, &v) in model.weld().vertex_of().iter().enumerate().filter(|(line, _)| drawn[*line]) {
-        // Wedges of one line differ in nothing that the shader uses.
-        let first = *first[v as usize].get_or_insert(line);
-        seam_gap = seam_gap.max(displaced[line].distance(displaced[first]));
-    }
-    let used = (0..topology.vertex_count() as Index).filter(|&v| !topology.is_isolated(v));
-    let used: Vec<(Index, usize)> = used.filter_map(|v| Some((v, first[v as usize]?))).collect();
-    let error =
-        |&(v, line): &(Index, usize)| (displaced[line].as_dvec3() + entry.origin).distance(expected[v as usize]);
-    let mut errors: Vec<f64> = used.iter().map(error).collect();
-    errors.sort_unstable_by(f64::total_cmp);
-    let max_error = errors.last().copied().unwrap_or(0.0);
-    let (p99_error, mean_error) = (percentile(&errors, 0.99), errors.iter().sum::<f64>() / errors.len().max(1) as f64);
+    let fine = report.max_error <= report.quantum;
+    let coarse = manifest.displacement.texel == TexelFormat::Png8 && fine;
+    coarse.then(|| "16 bits a texel would make errors 257 times smaller".to_owned())
+}
 
-    let largest = displaced.iter().fold(0.0, |m: f32, p| m.max(p.abs().max_element()));
-    let quantum = entry.encoding().quantum();
-    let ulp = f64::from(largest.next_up() - largest);
-    // What blending four texels in single precision may cost.
-    let rounding = 4.0 * f64::from(f32::EPSILON) * f64::from(entry.encoding().scale);
-    let resolved = |error: &f64| *error <= quantum + ulp + rounding;
-    let in_quanta = |error: f64| (quantum > 0.0).then(|| error / quantum);
-    Ok(Report {
-        max_error,
-        p99_error,
-        mean_error,
-        error_bound: max_error + ulp,
-        quantum,
-        max_error_quanta: in_quanta(max_error),
-        p99_error_quanta: in_quanta(p99_error),
-        mean_error_quanta: in_quanta(mean_error),
-        seam_gap: seam_gap.into(),
-        coverage: layout.coverage,
-        unresolved_vertices: errors.len() - errors.partition_point(resolved),
-        crowded_vertices: layout.crowded_vertices,
-        smallest_distance: Some(layout.smallest_distance).filter(|d| d.is_finite()),
-        out_of_range_vertices: layout.out_of_range_vertices,
-        overlapping_texels: layout.overlapping_texels,
-        unmapped_vertices: used.iter().filter(|(_, line)| shader[*line].uv.is_none()).count(),
-        vertices_without_normal: used.iter().filter(|(v, _)| normals[*v as usize] == Vec3::ZERO).count(),
-    })
+/// The vertices of the carrier and what is expected of them.
+struct Mesh<'a> {
+    model: &'a Model,
+    /// #v
+    vertices: Vec<ShaderVertex>,
+    /// Whether some face names the `v` line; of the others a shader hears nothing. #v
+    drawn: Vec<bool>,
+    /// Vertices of the surface that are drawn, and the first `v` line of each.
+    used: Vec<(Index, usize)>,
+    /// #V×3, model units
+    expected: &'a [DVec3],
+    origin: DVec3,
+}
+
+/// How far off the vertices are, model units.
+struct Errors {
+    max: f64,
+    p99: f64,
+    mean: f64,
+    seam_gap: f64,
+    /// Largest coordinate.
+    largest: f32,
+}
+
+impl<'a> Mesh<'a> {
+    fn new(
+        model: &'a Model,
+        carrier: &Obj,
+        vertices: Vec<ShaderVertex>,
+        expected: &'a [DVec3],
+        origin: DVec3,
+    ) -> Self {
+        let mut drawn = vec![false; vertices.len()];
+        for corner in carrier.faces().items() {
+            drawn[corner.position as usize] = true;
+        }
+        let topology = model.surface().topology();
+        let mut first = vec![None; topology.vertex_count()];
+        for (line, &v) in model.weld().vertex_of().iter().enumerate().filter(|(line, _)| drawn[*line]) {
+            first[v as usize].get_or_insert(line);
+        }
+        let used = (0..topology.vertex_count() as Index).filter(|&v| !topology.is_isolated(v));
+        let used = used.filter_map(|v| Some((v, first[v as usize]?))).collect();
+        Self { model, vertices, drawn, used, expected, origin }
+    }
+
+    /// The same, sampled at the centres of the texels.
+    fn at_texel_centres(&self, map: &Displacement) -> Self {
+        let at_centre = |vertex: &ShaderVertex| match vertex.place {
+            Some(Place::Texel(line)) => {
+                ShaderVertex { place: Some(Place::Uv(per_vertex::uv(line, map.size()))), ..*vertex }
+            }
+            _ => *vertex,
+        };
+        let vertices = self.vertices.iter().map(at_centre).collect();
+        Self { model: self.model, vertices, drawn: self.drawn.clone(), used: self.used.clone(), ..*self }
+    }
+
+    fn errors(&self, map: &Displacement, weights: Weights) -> Errors {
+        let displaced: Vec<Vec3> = self.vertices.par_iter().map(|v| v.displaced_with(map, 1.0, weights)).collect();
+        let mut first = vec![usize::MAX; self.expected.len()];
+        for &(v, line) in &self.used {
+            first[v as usize] = line;
+        }
+        let mut seam_gap = 0.0f32;
+        for (line, &v) in self.model.weld().vertex_of().iter().enumerate() {
+            // Wedges of one line differ in nothing that the shader uses.
+            if self.drawn[line] && first[v as usize] < displaced.len() {
+                seam_gap = seam_gap.max(displaced[line].distance(displaced[first[v as usize]]));
+            }
+        }
+        let error = |&(v, line): &(Index, usize)| {
+            (displaced[line].as_dvec3() + self.origin).distance(self.expected[v as usize])
+        };
+        let mut sorted: Vec<f64> = self.used.iter().map(error).collect();
+        let mean = sorted.iter().sum::<f64>() / sorted.len().max(1) as f64;
+        sorted.sort_unstable_by(f64::total_cmp);
+        Errors {
+            max: sorted.last().copied().unwrap_or(0.0),
+            p99: percentile(&sorted, 0.99),
+            mean,
+            seam_gap: seam_gap.into(),
+            largest: displaced.iter().fold(0.0, |m: f32, p| m.max(p.abs().max_element())),
+        }
+    }
+
+    /// How far the numbers in the map are from those that it was made of (#V for each channel), ascending, model units.
+    fn map_errors(&self, map: &Displacement, channels: &[Vec<f64>]) -> Vec<f64> {
+        let error = |&(v, line): &(Index, usize)| {
+            let off = (0..channels.len()).map(|k| {
+                // A vertex that samples nowhere stays.
+                let sampled = self.vertices[line].place.map_or(0.0, |place| map.channel_at(k, place, Weights::Exact));
+                (f64::from(sampled) - channels[k][v as usize]).abs()
+            });
+            off.fold(0.0, f64::max)
+        };
+        let mut errors: Vec<f64> = self.used.iter().map(error).collect();
+        errors.sort_unstable_by(f64::total_cmp);
+        errors
+    }
+
+    /// Lets each wedge sample at its own texture coordinate.
+    fn own_uvs(&self, carrier: &Obj, map: &Displacement) -> OwnUvs {
+        let vertex_of = self.model.weld().vertex_of();
+        let mut wedges: Vec<(Index, Index, Index)> = carrier
+            .faces()
+            .items()
+            .iter()
+            .filter_map(|corner| Some((vertex_of[corner.position as usize], corner.uv()?, corner.position)))
+            .collect();
+        wedges.par_sort_unstable();
+        wedges.dedup_by_key(|wedge| (wedge.0, wedge.1));
+        let mut found = OwnUvs::default();
+        for same in wedges.chunk_by(|a, b| a.0 == b.0) {
+            let landed = same.iter().map(|&(_, uv, line)| {
+                let place = Some(Place::Uv(carrier.uvs()[uv as usize].as_vec2()));
+                (place, ShaderVertex { place, ..self.vertices[line as usize] }.displaced(map, 1.0))
+            });
+            let landed: Vec<_> = landed.collect();
+            let (place, first) = landed[0];
+            if landed.iter().all(|wedge| wedge.0 == place) {
+                continue;
+            }
+            let gap = landed.iter().map(|wedge| wedge.1.distance(first)).fold(0.0, f32::max);
+            found.seam_vertices += 1;
+            found.bit_equal_seam_vertices += usize::from(landed.iter().all(|wedge| wedge.1 == first));
+            found.seam_gap = found.seam_gap.max(gap.into());
+        }
+        found
+    }
 }

@@ -1,9 +1,9 @@
 //! The writers.
 
 use super::scan::{self, Statement, Statements, Tokens};
-use super::{Corner, Obj};
+use super::Obj;
 use crate::ragged::Index;
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use std::ops::Range;
 
 /// Copies a file while replacing byte ranges in ascending order.
@@ -59,14 +59,20 @@ fn replace_numbers(patch: &mut Patch, statement: &Statement, before: DVec3, afte
     }
 }
 
-fn push_normals(out: &mut Vec<u8>, normals: &[Vec3], eol: &[u8]) {
-    for n in normals {
-        out.extend_from_slice(b"vn");
-        for x in n.to_array() {
+fn push_attributes(out: &mut Vec<u8>, normals: &[Vec3], uvs: Option<&[Vec2]>, eol: &[u8]) {
+    let mut line = |keyword: &[u8], numbers: &[f32]| {
+        out.extend_from_slice(keyword);
+        for x in numbers {
             out.push(b' ');
-            push_number(out, x);
+            push_number(out, *x);
         }
         out.extend_from_slice(eol);
+    };
+    for uv in uvs.into_iter().flatten() {
+        line(b"vt", &uv.to_array());
+    }
+    for n in normals {
+        line(b"vn", &n.to_array());
     }
 }
 
@@ -103,10 +109,18 @@ impl Obj {
     /// The file as the carrier of a displacement map: one normal for each `v` line (#v, unit), which every
     /// corner names, and one material library. What a client displaces along must not be split at seams or
     /// hard edges, and that is how `vn` lines usually are; so they are replaced. Positions (#v) replace those
-    /// of the `v` lines. Faces without a material get [`Self::CARRIER_MATERIAL`].
-    pub fn carrier(&self, positions: &[DVec3], normals: &[Vec3], material_library: &str) -> Vec<u8> {
+    /// of the `v` lines. Where texture coordinates (#v) are given they take the place of those of the file, one for each
+    /// `v` line too. Faces without a material get [`Self::CARRIER_MATERIAL`].
+    pub fn carrier(
+        &self,
+        positions: &[DVec3],
+        normals: &[Vec3],
+        uvs: Option<&[Vec2]>,
+        material_library: &str,
+    ) -> Vec<u8> {
         assert_eq!(positions.len(), self.positions.len(), "one position for each `v` line");
         assert_eq!(normals.len(), self.positions.len(), "one normal for each `v` line");
+        assert!(uvs.is_none_or(|uvs| uvs.len() == normals.len()), "one texture coordinate for each `v` line");
         let eol = end_of_line(&self.bytes);
         let mut patch = Patch::new(&self.bytes);
         let (mut v, mut vn, mut corner) = (0, 0, 0);
@@ -127,6 +141,9 @@ impl Obj {
                 b"vn" | b"mtllib" => {
                     patch.replace(whole_line);
                 }
+                b"vt" if uvs.is_some() => {
+                    patch.replace(whole_line);
+                }
                 b"usemtl" => material_named = true,
                 b"f" | b"fo" => {
                     let out = patch.replace(before_line);
@@ -136,10 +153,12 @@ impl Obj {
                     }
                     // Just before the first face that may name them, so that numbers of `v` and `vn` agree
                     // and no reader has to look ahead.
-                    push_normals(out, &normals[vn..v], eol);
+                    push_attributes(out, &normals[vn..v], uvs.map(|uvs| &uvs[vn..v]), eol);
                     vn = v;
                     for token in Tokens::new(&self.bytes, &statement) {
-                        push_corner(patch.replace(token), self.faces.items()[corner]);
+                        let corner_of_file = self.faces.items()[corner];
+                        let uv = if uvs.is_some() { Some(corner_of_file.position) } else { corner_of_file.uv() };
+                        push_corner(patch.replace(token), corner_of_file.position, uv);
                         corner += 1;
                     }
                 }
@@ -155,7 +174,7 @@ impl Obj {
             if out.trim_ascii_end().ends_with(b"\\") {
                 out.extend_from_slice(eol);
             }
-            push_normals(&mut out, &normals[vn..v], eol);
+            push_attributes(&mut out, &normals[vn..v], uvs.map(|uvs| &uvs[vn..v]), eol);
         }
         out
     }
@@ -165,12 +184,12 @@ impl Obj {
 }
 
 /// `v/vt/v` or `v//v`: the normal has the number of the vertex.
-fn push_corner(out: &mut Vec<u8>, corner: Corner) {
-    push_index(out, corner.position);
+fn push_corner(out: &mut Vec<u8>, position: Index, uv: Option<Index>) {
+    push_index(out, position);
     out.push(b'/');
-    if let Some(uv) = corner.uv() {
+    if let Some(uv) = uv {
         push_index(out, uv);
     }
     out.push(b'/');
-    push_index(out, corner.position);
+    push_index(out, position);
 }

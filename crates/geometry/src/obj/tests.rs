@@ -546,7 +546,7 @@ mod writing {
     fn carrier_of(obj: &Obj) -> (Obj, Vec<DVec3>, Vec<Vec3>) {
         let positions: Vec<DVec3> = obj.positions().iter().map(|p| *p + 0.1).collect();
         let normals: Vec<Vec3> = (0..positions.len()).map(|i| Vec3::new(i as f32, 1.0, 0.3).normalize()).collect();
-        (parse(obj.carrier(&positions, &normals, "new name.mtl")), positions, normals)
+        (parse(obj.carrier(&positions, &normals, None, "new name.mtl")), positions, normals)
     }
 
     /// What a carrier promises, whatever the file it was made from.
@@ -632,6 +632,6 @@ mod writing {
     #[test]
     fn a_carrier_of_a_carrier_is_the_same_file() {
         let (carrier, positions, normals) = carrier_of(&unruly());
-        assert_eq!(carrier.carrier(&positions, &normals, "new name.mtl"), carrier.bytes());
+        assert_eq!(carrier.carrier(&positions, &normals, None, "new name.mtl"), carrier.bytes());
     }
 }

@@ -1,11 +1,9 @@
 //! How fine a map must be for a layout, and where a layout is too crowded for any.
 
-use super::{HeightMap, Size};
-use crate::atlas::{self, Atlas};
-use crate::displacement::Bits;
+use super::{Exactness, HeightMap, Size};
+use crate::atlas::Atlas;
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
-use glam::DVec2;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use rayon::prelude::*;
 use std::num::NonZero;
@@ -17,8 +15,10 @@ pub const TEXELS_APART: f64 = 2.0;
 /// Share of the vertices that a size chosen automatically has to resolve.
 pub const RESOLVED_SHARE: f64 = 0.99;
 
-/// Smallest and largest size that is chosen automatically.
-pub const AUTOMATIC: std::ops::RangeInclusive<u32> = 64..=4096;
+/// Smallest side that is chosen automatically, and the largest unless another limit is given.
+pub const SMALLEST_SIDE: u32 = 64;
+/// See [`SMALLEST_SIDE`].
+pub const LARGEST_SIDE: u32 = 4096;
 
 /// Distances between the places at which vertices are sampled.
 #[derive(Clone, Debug)]
@@ -53,44 +53,60 @@ impl Spacing {
     pub fn smallest(&self, side: u32) -> f64 {
         self.distances.first().map_or(f64::INFINITY, |d| d * f64::from(side))
     }
-    /// The smallest power of two in [`AUTOMATIC`] at which all but 1 % of the vertices are far enough apart, or the
-    /// largest one where none is enough.
-    pub fn choose(&self) -> Choice {
+    /// The smallest of the sides, ascending, at which all but 1 % of the vertices are far enough apart, or the largest one where none
+    /// is enough.
+    pub fn choose(&self, sides: &[u32]) -> Choice {
         let allowed = (self.distances.len() as f64 * (1.0 - RESOLVED_SHARE)).floor() as usize;
-        let enough = sizes().find(|&size| self.crowded(size) <= allowed);
-        let side = enough.unwrap_or(*AUTOMATIC.end());
+        let enough = sides.iter().copied().find(|&side| self.crowded(side) <= allowed);
+        let largest = sides.last().copied().unwrap_or(1);
+        let side = enough.unwrap_or(largest);
         let reason = if enough.is_some() { Reason::Spaced } else { Reason::Crowded };
-        Choice { side, vertices: self.distances.len(), left: self.crowded(side), reason }
+        Choice { side, vertices: self.distances.len(), left: self.crowded(side), reason, largest }
     }
-    /// The smallest power of two in [`AUTOMATIC`] at which a fitted map gives each vertex its height (#V, model units);
-    /// where there is none, as [`Self::choose`].
+    /// The smallest of the sides at which fitted maps give each vertex its values (each channel #V, model units); where there is
+    /// none, as [`Self::choose`].
     pub fn choose_exact(
         &self,
         atlas: &Atlas,
-        heights: &[f64],
-        bits: Bits,
+        channels: &[Vec<f64>],
+        sides: &[u32],
+        exactness: Exactness,
         progress: &dyn Progress,
     ) -> Result<Choice, Cancelled> {
-        let spaced = self.choose();
-        if spaced.reason == Reason::Crowded {
+        let spaced = self.choose(sides);
+        if spaced.left as f64 > HOPELESS_SHARE * spaced.vertices as f64 {
             return Ok(spaced);
         }
         let mut left = Vec::new();
-        for side in sizes().filter(|&size| size >= spaced.side) {
+        for &side in sides.iter().filter(|&&side| side >= spaced.side) {
             // What lies between the samples does not matter for whether they can be met.
             let size = Size::square(side);
-            let mut flat = HeightMap { size, texels: vec![0.0; size.texels()] };
-            left.push(super::fit(&mut flat, atlas, heights, bits, progress)?);
-            if left.last() == Some(&0) {
+            let mut missed = 0;
+            for channel in channels {
+                let mut flat = HeightMap { size, texels: vec![0.0; size.texels()] };
+                missed = missed.max(super::fit(&mut flat, atlas, channel, exactness, progress)?);
+            }
+            if missed == 0 {
                 return Ok(Choice { side, left: 0, reason: Reason::Exact, ..spaced });
             }
+            left.push(missed);
         }
-        Ok(Choice { left: left[0], reason: Reason::AlmostExact, ..spaced })
+        match spaced.reason {
+            Reason::Crowded => Ok(spaced),
+            _ => Ok(Choice { left: left[0], reason: Reason::AlmostExact, ..spaced }),
+        }
     }
 }
 
-fn sizes() -> impl Iterator<Item = u32> {
-    (0..32).map(|e| 1u32 << e).filter(|size| AUTOMATIC.contains(size))
+/// Share of vertices that share texels with another one above which no fit is tried.
+const HOPELESS_SHARE: f64 = 0.1;
+
+/// Powers of two from the smallest size that is chosen automatically up to a largest one.
+pub fn sides(largest: u32) -> Vec<u32> {
+    let smallest = SMALLEST_SIDE.min(largest.next_power_of_two());
+    let powers = (0..32).map(|e| 1u32 << e).filter(|side| (smallest..=largest).contains(side));
+    let powers: Vec<u32> = powers.collect();
+    if powers.is_empty() { vec![largest] } else { powers }
 }
 
 /// A size and the reason for it.
@@ -104,6 +120,8 @@ pub struct Choice {
     pub left: usize,
     /// Why.
     pub reason: Reason,
+    /// The largest side that was allowed.
+    pub largest: u32,
 }
 
 /// Why a size was chosen.
@@ -121,8 +139,8 @@ pub enum Reason {
 
 impl std::fmt::Display for Choice {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { side, vertices, left, reason } = self;
-        let (apart, largest) = (vertices - left, AUTOMATIC.end());
+        let Self { side, vertices, left, reason, largest } = self;
+        let apart = vertices - left;
         match reason {
             Reason::Exact => write!(f, "{side} is the smallest power of two at which each vertex gets its height"),
             Reason::AlmostExact => {
@@ -147,13 +165,6 @@ impl std::fmt::Display for Choice {
     }
 }
 
-/// Vertices whose sampling place lies outside the unit square, where a map that does not repeat has nothing.
-pub fn out_of_range(atlas: &Atlas) -> usize {
-    let place = |v| atlas.dominant(v).map(|uv| atlas.uvs()[uv as usize]);
-    let outside = |uv: DVec2| !atlas::in_unit_square(uv);
-    (0..atlas.wedges().len() as Index).filter_map(place).filter(|uv| outside(*uv)).count()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -170,7 +181,7 @@ mod tests {
 
     #[test]
     fn a_regular_layout_needs_two_texels_an_edge() {
-        let choice = flat(100).choose();
+        let choice = flat(100).choose(&sides(LARGEST_SIDE));
         assert_eq!((choice.side, choice.left, choice.reason), (256, 0, Reason::Spaced));
         assert!((flat(100).smallest(256) - 2.56).abs() < 1e-9);
     }
@@ -185,8 +196,10 @@ mod tests {
         let atlas = Atlas::new(&grid, &uvs, corners.map(|c| Some(grid.topology().vertex(c)))).unwrap();
         let heights: Vec<f64> = (0..21 * 21).map(|v| f64::from(v == 50)).collect();
         let spacing = Spacing::new(&atlas);
-        assert_eq!(spacing.choose().side, 64);
-        let choice = spacing.choose_exact(&atlas, &heights, Bits::Sixteen, &Silent).unwrap();
+        assert_eq!(spacing.choose(&sides(LARGEST_SIDE)).side, 64);
+        let choice = spacing
+            .choose_exact(&atlas, &[heights], &sides(LARGEST_SIDE), Exactness { quantum: 1.0 / 65535.0, tolerance: 1.0 }, &Silent)
+            .unwrap();
         assert!(choice.side > 64 && choice.reason == Reason::Exact, "{choice}");
     }
 
@@ -196,7 +209,7 @@ mod tests {
         let corners = 0..grid.topology().faces().items().len() as Index;
         let uvs: Vec<_> = grid.positions().iter().map(|p| p.truncate() * 1e-5).collect();
         let atlas = Atlas::new(&grid, &uvs, corners.map(|c| Some(grid.topology().vertex(c)))).unwrap();
-        let choice = Spacing::new(&atlas).choose();
+        let choice = Spacing::new(&atlas).choose(&sides(LARGEST_SIDE));
         assert_eq!((choice.side, choice.left, choice.reason), (4096, 41 * 41, Reason::Crowded));
     }
 }

@@ -24,6 +24,46 @@ pub struct Tangent {
     pub sign: f32,
 }
 
+impl Tangent {
+    /// Tangent, bitangent and normal.
+    pub fn frame(self, normal: Vec3) -> [Vec3; 3] {
+        [self.tangent, normal.cross(self.tangent) * self.sign, normal]
+    }
+}
+
+/// One frame for each vertex, so that no seam cuts it: of the corners at the dominant uv vertex, the sum of the
+/// tangents (#T×3) that agree with the first one about the sign, made perpendicular to the normal (#V×3, unit). #V
+pub fn at_vertices(
+    surface: &Surface,
+    atlas: &Atlas,
+    vertex_normals: &[Vec3],
+    tangents: &[[Tangent; 3]],
+) -> Vec<Tangent> {
+    let mut sums = vec![Tangent { tangent: Vec3::ZERO, sign: 0.0 }; vertex_normals.len()];
+    for (corners, frames) in surface.triangle_corners().iter().zip(tangents) {
+        for (&corner, frame) in corners.iter().zip(frames) {
+            let v = surface.topology().vertex(corner);
+            if atlas.corner_uv(corner) != atlas.dominant(v) {
+                continue;
+            }
+            let sum = &mut sums[v as usize];
+            if sum.sign == 0.0 {
+                sum.sign = frame.sign;
+            }
+            if sum.sign == frame.sign {
+                sum.tangent += frame.tangent;
+            }
+        }
+    }
+    let finish = |(sum, n): (Tangent, &Vec3)| {
+        let flat = (sum.tangent - *n * n.dot(sum.tangent)).try_normalize();
+        // Where nothing is known any direction does, as long as it is always the same one.
+        let tangent = flat.unwrap_or_else(|| if *n == Vec3::ZERO { Vec3::X } else { n.any_orthonormal_vector() });
+        Tangent { tangent, sign: if sum.sign == 0.0 { 1.0 } else { sum.sign } }
+    };
+    sums.into_iter().zip(vertex_normals).map(finish).collect()
+}
+
 /// MikkTSpace tangents at the corners of each triangle, with the normals that the vertices carry (#V×3, unit). #T×3
 pub fn tangents(surface: &Surface, atlas: &Atlas, vertex_normals: &[Vec3]) -> Vec<[Tangent; 3]> {
     in_blocks(surface, atlas, vertex_normals, BLOCK)

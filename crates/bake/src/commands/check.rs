@@ -1,0 +1,101 @@
+//! `planish check`
+
+use super::bake;
+use crate::args::CheckArgs;
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::input;
+use planish_geometry::bundle::{self, Goal};
+use planish_geometry::manifest::{self, Manifest, Method, Report};
+use planish_geometry::model::Model;
+use planish_geometry::obj::Obj;
+use planish_geometry::progress::Progress as _;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+#[derive(Serialize)]
+struct Checked<'a> {
+    manifest: String,
+    mesh: String,
+    /// What the files do, measured now.
+    report: &'a Report,
+    /// In which ways they do not do what the manifest says.
+    differences: Vec<String>,
+}
+
+pub(crate) fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
+    console.stage("reading");
+    let path = &args.manifest;
+    let manifest = Manifest::from_json(&input::read(path)?).map_err(|e| Failure::at(path, e))?;
+    let beside = |name: &str| path.parent().unwrap_or(Path::new("")).join(name);
+    let mesh: PathBuf = args.mesh.clone().unwrap_or_else(|| beside(&manifest.source.file));
+    if args.mesh.is_none() && !mesh.exists() {
+        return Err(Failure::at(&mesh, "is not there any more; name the mesh that was baked with --mesh"));
+    }
+    let source = unchanged(&mesh, &manifest.source.sha256, path)?;
+    let carrier_path = beside(&manifest.carrier.obj);
+    let carrier = unchanged(&carrier_path, &manifest.carrier.sha256, path)?;
+    let model = Model::new(source, manifest.welding);
+    console.check()?;
+    let goal = match &manifest.method {
+        Method::Denoiser(denoiser) => Goal::Denoiser(denoiser.clone()),
+        Method::Target(target) => {
+            let target_path = beside(&target.file);
+            let denoised = unchanged(&target_path, &target.sha256, path)?;
+            if denoised.positions().len() != model.obj().positions().len() {
+                return Err(Failure::at(&target_path, "has another number of `v` lines than the mesh"));
+            }
+            Goal::to(&model, &denoised, target.clone())
+        }
+        Method::Other(method) => {
+            let name = method.get("name").map(ToString::to_string).unwrap_or_default();
+            return Err(Failure::at(path, format!("field `method`: this planish does not know {name}")));
+        }
+    };
+    let image = beside(&manifest.displacement.file);
+    let bytes = input::read(&image)?;
+    let report = bundle::check(&model, &manifest, &goal, &bytes, &carrier, console).map_err(|e| match e {
+        bundle::BakeError::Cancelled(_) => Failure::Interrupted,
+        bundle::BakeError::Decode(e) => Failure::at(&image, e),
+        e => Failure::at(&mesh, e),
+    })?;
+    let checked = Checked {
+        manifest: path.display().to_string(),
+        mesh: mesh.display().to_string(),
+        report: &report,
+        differences: differences(&manifest.report, &report),
+    };
+    console.report(&checked, || {
+        let errors = bake::errors(&report, manifest.displacement.scale);
+        let verdict = if checked.differences.is_empty() { "as its manifest says" } else { "not as its manifest says" };
+        format!("{}: {verdict}\n  error {errors}\n  gap {} at seams\n", checked.manifest, report.seam_gap)
+    });
+    match checked.differences.as_slice() {
+        [] => Ok(()),
+        all => Err(Failure::Internal(format!("{}: {}", path.display(), all.join("; ")))),
+    }
+}
+
+/// A mesh that must be what the manifest knows.
+fn unchanged(path: &Path, sha256: &str, named_in: &Path) -> Result<Obj, Failure> {
+    let obj = input::obj(path)?;
+    if manifest::sha256(obj.bytes()) == sha256 {
+        return Ok(obj);
+    }
+    Err(Failure::at(path, format!("is not the file that {} was made with, byte for byte", named_in.display())))
+}
+
+/// Where what was measured is worse than what was promised.
+fn differences(promised: &Report, measured: &Report) -> Vec<String> {
+    let mut out = Vec::new();
+    let mut compare = |what: &str, promised: f64, measured: f64| {
+        if measured > promised {
+            out.push(format!("{what} is {measured:e}, and the manifest says {promised:e}"));
+        }
+    };
+    compare("the largest error", promised.error_bound, measured.max_error);
+    compare("the 99th percentile of the errors", promised.error_bound.min(promised.p99_error * 1.01), measured.p99_error);
+    compare("the gap at seams", promised.seam_gap, measured.seam_gap);
+    compare("the number of unresolved vertices", promised.unresolved_vertices as f64, measured.unresolved_vertices as f64);
+    out
+}

@@ -1,0 +1,131 @@
+//! Which layout the map gets.
+
+use super::{BakeError, Settings};
+use crate::atlas::Atlas;
+use crate::displacement;
+use crate::progress::Progress;
+use crate::surface::Surface;
+use crate::texture::findings::{self, Findings};
+use crate::texture::resolution::{self, Choice, Reason, Spacing};
+use crate::texture::{Coverage, Exactness, Size, Texels};
+
+/// Where texels of a vertex shall be.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LayoutChoice {
+    /// At its texture coordinates where these can hold all heights, else in one of its own.
+    #[default]
+    Auto,
+    /// At its texture coordinates.
+    Uv,
+    /// In one of its own.
+    Vertex,
+}
+
+/// Why the texture coordinates of a mesh were not used.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Fallback {
+    /// There are none.
+    NoUvs,
+    /// So many vertices have none.
+    Unmapped {
+        /// Vertices.
+        vertices: usize,
+    },
+    /// They leave too little room.
+    Layout {
+        /// What was tried.
+        choice: Choice,
+        /// What is wrong, in words.
+        problems: Vec<String>,
+    },
+    /// The map that was made of them leaves vertices off.
+    Measured {
+        /// Vertices.
+        missed: usize,
+    },
+}
+
+impl std::fmt::Display for Fallback {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::NoUvs => write!(f, "the mesh has no texture coordinates"),
+            Self::Unmapped { vertices } => {
+                write!(f, "{vertices} vertices have no texture coordinates; unwrapping all faces would help")
+            }
+            Self::Layout { choice, problems } => {
+                write!(f, "in the texture coordinates of the mesh ")?;
+                match choice.reason {
+                    Reason::Crowded => {
+                        let share = 100.0 * choice.left as f64 / choice.vertices.max(1) as f64;
+                        write!(f, "{share:.1} % of the vertices share texels even at {}", choice.side)?;
+                    }
+                    _ => write!(f, "{} of {} vertices miss their height at {}", choice.left, choice.vertices, choice.side)?,
+                }
+                if let Some(worst) = problems.first() {
+                    write!(f, " ({worst})")?;
+                }
+                write!(f, "; an unwrap without overlaps and with more room would help")
+            }
+            Self::Measured { missed } => write!(f, "{missed} vertices would have missed their height"),
+        }
+    }
+}
+
+/// What will be done.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Plan {
+    Uv { side: u32, choice: Option<Choice> },
+    Vertex { fallback: Option<Fallback> },
+}
+
+impl Plan {
+    pub(super) fn is_uv(&self) -> bool {
+        matches!(self, Self::Uv { .. })
+    }
+    pub(super) fn into_reasons(self) -> (Option<Choice>, Option<Fallback>) {
+        match self {
+            Self::Uv { choice, .. } => (choice, None),
+            Self::Vertex { fallback } => (None, fallback),
+        }
+    }
+
+    /// Decides for the channels (each #V, model units) of a map. Both of `layout` are there where the mesh has texture coordinates.
+    pub(super) fn make(
+        surface: &Surface,
+        layout: Option<(&Atlas, &Spacing)>,
+        channels: &[Vec<f64>],
+        settings: &Settings,
+        progress: &dyn Progress,
+    ) -> Result<Self, BakeError> {
+        let (atlas, spacing) = match (settings.layout, layout) {
+            (LayoutChoice::Vertex, _) => return Ok(Self::Vertex { fallback: None }),
+            (_, None) => return Ok(Self::Vertex { fallback: Some(Fallback::NoUvs) }),
+            (_, Some(layout)) => layout,
+        };
+        // Interpolated texels are never exact: who asks for them asks for the layout of the texture.
+        let must_be_exact = settings.layout == LayoutChoice::Auto && settings.texels == Texels::Fitted;
+        let unmapped = findings::unmapped(surface, atlas);
+        if must_be_exact && unmapped > 0 {
+            return Ok(Self::Vertex { fallback: Some(Fallback::Unmapped { vertices: unmapped }) });
+        }
+        let quantum = displacement::quantum(settings.texel);
+        let exactness = Exactness { quantum, tolerance: settings.tolerance.0 };
+        let sides = resolution::sides(settings.largest_side.0);
+        let choice = match (settings.side, settings.texels) {
+            (Some(side), _) if !must_be_exact => return Ok(Self::Uv { side, choice: None }),
+            (Some(side), _) => spacing.choose_exact(atlas, channels, &[side], exactness, progress)?,
+            (None, Texels::Fitted) => spacing.choose_exact(atlas, channels, &sides, exactness, progress)?,
+            (None, Texels::Interpolated) => spacing.choose(&sides),
+        };
+        if must_be_exact && choice.reason != Reason::Exact {
+            let size = Size::square(choice.side.min(PROBE));
+            let coverage = Coverage::new(surface, atlas, size, progress)?;
+            let problems = Findings::of(surface, atlas, spacing, &coverage).problems();
+            return Ok(Self::Vertex { fallback: Some(Fallback::Layout { choice, problems }) });
+        }
+        Ok(Self::Uv { side: choice.side, choice: Some(choice).filter(|_| settings.side.is_none()) })
+    }
+}
+
+/// Side at which overlaps are looked for, where no map will have that layout.
+const PROBE: u32 = 1024;
