@@ -12,7 +12,7 @@ use crate::materials::Material;
 use crate::model::Model;
 use crate::ragged::Index;
 use glam::{DVec3, Vec2, Vec3};
-use materials::{Materials, Textures};
+use materials::Materials;
 use rayon::prelude::*;
 use serde_json::{Map as Object, Value, json};
 use wedges::Wedges;
@@ -70,6 +70,9 @@ pub enum Filter {
     Linear,
 }
 
+/// Gives the bytes of a texture by its name in the material library.
+pub type Textures<'a> = &'a dyn Fn(&str) -> Option<Vec<u8>>;
+
 /// Why there is no file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GltfError {
@@ -81,8 +84,8 @@ pub enum GltfError {
     TooLarge(#[from] TooLarge),
 }
 
-/// Writes the surface of a carrier as a `.glb` file: one mesh with a primitive for each material that has faces. `texture`
-/// gives the bytes of a texture by its name in the materials; PNG and JPEG files are embedded, others left out.
+/// Writes the surface of a carrier as a `.glb` file: one mesh with a primitive for each material that has faces.
+/// `textures` that are PNG or JPEG files are embedded, others left out.
 ///
 /// Vertices are the distinct pairs of `v` and `vt` line of the triangles, by `v` line and then by `vt` line; positions
 /// are the welded ones. Texture coordinates have v down. `TEXCOORD_0` is (0, 0) where a corner names no `vt` line or one
@@ -94,7 +97,7 @@ pub enum GltfError {
 ///
 /// # Panics
 /// If a list has not the length that it should have.
-pub fn glb(carrier: &Carrier, texture: Textures) -> Result<Vec<u8>, GltfError> {
+pub fn glb(carrier: &Carrier, textures: Textures) -> Result<Vec<u8>, GltfError> {
     let model = carrier.model;
     let vertices = model.surface().positions().len();
     assert_eq!(carrier.normals.len(), vertices, "one normal for each vertex");
@@ -114,7 +117,7 @@ pub fn glb(carrier: &Carrier, texture: Textures) -> Result<Vec<u8>, GltfError> {
     document.insert("scenes".to_owned(), json!([{ "nodes": [0] }]));
     if !triangles.items().is_empty() {
         let (attributes, target) = attributes(carrier, &wedges, &mut buffer)?;
-        let mut materials = Materials::new(&mut buffer, carrier, wedges.have_uvs().then_some(texture));
+        let mut materials = Materials::new(&mut buffer, carrier, wedges.have_uvs().then_some(textures));
         let mut primitives = Vec::new();
         for (list, triangles) in (0..).zip(triangles.iter()).filter(|(_, triangles)| !triangles.is_empty()) {
             let material = Index::checked_sub(list, 1);

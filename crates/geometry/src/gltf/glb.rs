@@ -101,18 +101,16 @@ impl Buffer {
         insert_list(&mut document, "accessors", self.accessors);
         let mut text = Value::Object(document).to_string().into_bytes();
         text.resize(text.len().next_multiple_of(ALIGNMENT), b' ');
-        let chunks = [(b"JSON", &text), (b"BIN\0", &self.bytes)];
-        let chunks = chunks.iter().filter(|(_, data)| !data.is_empty());
-        let length = 12 + chunks.clone().map(|(_, data)| 8 + data.len()).sum::<usize>();
-        let mut out = Vec::with_capacity(length);
-        out.extend_from_slice(b"glTF");
-        out.extend_from_slice(&2u32.to_le_bytes());
-        out.extend_from_slice(&u32::try_from(length).map_err(|_| TooLarge)?.to_le_bytes());
-        for (kind, data) in chunks {
-            out.extend_from_slice(&(data.len() as u32).to_le_bytes());
-            out.extend_from_slice(*kind);
-            out.extend_from_slice(data);
+        let length = |data: &[u8]| u32::try_from(data.len()).map(u32::to_le_bytes).map_err(|_| TooLarge);
+        let mut head = [&b"glTF"[..], &2u32.to_le_bytes(), &[0; 4], &length(&text)?, b"JSON", &text].concat();
+        if !self.bytes.is_empty() {
+            head.extend([length(&self.bytes)?, *b"BIN\0"].as_flattened());
         }
+        // What is long moves within its memory; a second one would cost as much as all the rest.
+        let mut out = self.bytes;
+        out.splice(0..0, head);
+        let total = length(&out)?;
+        out[8..12].copy_from_slice(&total);
         Ok(out)
     }
 }

@@ -1,7 +1,7 @@
 //! Materials, and the images behind them.
 
 use super::glb::{self, Buffer};
-use super::{Carrier, Filter};
+use super::{Carrier, Filter, Textures};
 use crate::obj::Obj;
 use crate::ragged::Index;
 use serde_json::{Map as Object, Value, json};
@@ -27,9 +27,6 @@ pub(super) fn media_type(bytes: &[u8]) -> &'static str {
 fn is_texture(media_type: &str) -> bool {
     matches!(media_type, "image/png" | "image/jpeg")
 }
-
-/// Gives the bytes of a texture by its name.
-pub(super) type Textures<'a> = &'a dyn Fn(&str) -> Option<Vec<u8>>;
 
 /// The lists of a document that belong to materials.
 pub(super) struct Materials<'a> {

@@ -224,7 +224,7 @@ fn weight_one_is_the_denoised_surface() {
     for (owned, origin) in family() {
         let parsed = written(&owned, origin);
         let vertex = |line: Index| owned.model.weld().vertex_of()[line as usize] as usize;
-        let lines = Wedges::new(&owned.model).lines;
+        let wedges = Wedges::new(&owned.model);
         let morphed = |name: &str| {
             let base = parsed.attribute::<3>(name).into_iter().map(Vec3::from);
             base.zip(parsed.target(name)).map(|(base, delta)| base + Vec3::from(delta)).collect::<Vec<_>>()
@@ -233,12 +233,12 @@ fn weight_one_is_the_denoised_surface() {
         let close = |found: Vec3, expected: DVec3, largest: f64| {
             (found.as_dvec3() - expected).abs().max_element() <= largest * f64::from(f32::EPSILON)
         };
-        for (line, found) in lines.iter().zip(morphed("POSITION")) {
+        for (line, found) in wedges.lines.iter().zip(morphed("POSITION")) {
             let expected = owned.denoised[vertex(*line)] - origin;
             let base = owned.model.surface().positions()[vertex(*line)] - origin;
             assert!(close(found, expected, expected.abs().max_element().max(base.abs().max_element())), "{found}");
         }
-        for (line, found) in lines.iter().zip(morphed("NORMAL")) {
+        for (line, found) in wedges.lines.iter().zip(morphed("NORMAL")) {
             let expected = owned.denoised_normals[vertex(*line)];
             // The difference of unit vectors is up to two.
             assert!(expected == DVec3::ZERO || close(found, expected, 2.0), "{found} {expected}");
