@@ -44,6 +44,7 @@ pub mod atlas;
 pub mod bundle;
 pub mod denoise;
 pub mod displacement;
+pub mod gltf;
 pub mod laplacian;
 pub mod manifest;
 pub mod materials;

@@ -59,6 +59,14 @@ pub struct Extras {
     pub other: usize,
 }
 
+/// Faces of one material; they end where the next run begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct MaterialRun {
+    first_face: Index,
+    /// In [`Extras::materials`].
+    material: Index,
+}
+
 /// A parsed file together with its bytes.
 #[derive(Clone, Debug)]
 pub struct Obj {
@@ -68,6 +76,7 @@ pub struct Obj {
     normals: Vec<DVec3>,
     faces: Ragged<Corner>,
     face_lines: Vec<u32>,
+    material_runs: Vec<MaterialRun>,
     non_finite_uvs: Vec<(Index, u32)>,
     extras: Extras,
 }
@@ -107,6 +116,11 @@ impl Obj {
     /// Line of a face, counted from 1.
     pub fn face_line(&self, face: Index) -> u32 {
         self.face_lines[face as usize]
+    }
+    /// Material of a face, as its place in [`Extras::materials`]; none before the first `usemtl`.
+    pub fn face_material(&self, face: Index) -> Option<Index> {
+        let begun = self.material_runs.partition_point(|run| run.first_face <= face);
+        Some(self.material_runs[begun.checked_sub(1)?].material)
     }
     /// `vt` lines that are not finite: index and line. They matter only to who needs UVs.
     pub fn non_finite_uvs(&self) -> &[(Index, u32)] {

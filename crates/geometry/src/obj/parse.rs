@@ -1,7 +1,7 @@
 //! The reader.
 
 use super::scan::{self, Statement, Statements, Tokens};
-use super::{Corner, Extras, Obj};
+use super::{Corner, Extras, MaterialRun, Obj};
 use crate::ragged::{Index, Ragged};
 use glam::{DVec2, DVec3};
 
@@ -113,6 +113,7 @@ struct Reader<'a> {
     normals: Vec<DVec3>,
     faces: Ragged<Corner>,
     face_lines: Vec<u32>,
+    material_runs: Vec<MaterialRun>,
     non_finite_uvs: Vec<(Index, u32)>,
     extras: Extras,
     highest: [Highest; 3],
@@ -133,6 +134,7 @@ pub(super) fn parse(bytes: Vec<u8>) -> Result<Obj, ObjError> {
         normals: Vec::new(),
         faces: Ragged::default(),
         face_lines: Vec::new(),
+        material_runs: Vec::new(),
         non_finite_uvs: Vec::new(),
         extras: Extras::default(),
         highest: Default::default(),
@@ -140,7 +142,8 @@ pub(super) fn parse(bytes: Vec<u8>) -> Result<Obj, ObjError> {
     for statement in Statements::new(&bytes) {
         reader.statement(&statement).map_err(|kind| ObjError { line: Some(statement.line), kind })?;
     }
-    let Reader { positions, uvs, normals, faces, face_lines, non_finite_uvs, extras, highest, .. } = reader;
+    let Reader { positions, uvs, normals, faces, face_lines, material_runs, non_finite_uvs, extras, highest, .. } =
+        reader;
     if positions.is_empty() {
         return Err(whole(ObjErrorKind::NoVertices));
     }
@@ -150,7 +153,7 @@ pub(super) fn parse(bytes: Vec<u8>) -> Result<Obj, ObjError> {
     highest[0].check("v", positions.len())?;
     highest[1].check("vt", uvs.len())?;
     highest[2].check("vn", normals.len())?;
-    Ok(Obj { bytes, positions, uvs, normals, faces, face_lines, non_finite_uvs, extras })
+    Ok(Obj { bytes, positions, uvs, normals, faces, face_lines, material_runs, non_finite_uvs, extras })
 }
 
 impl Reader<'_> {
@@ -168,15 +171,25 @@ impl Reader<'_> {
             b"mtllib" => {
                 self.extras.material_libraries.push(scan::name(self.bytes, statement).to_vec());
             }
-            b"usemtl" => {
-                let name = scan::name(self.bytes, statement);
-                if !self.extras.materials.iter().any(|known| known == name) {
-                    self.extras.materials.push(name.to_vec());
-                }
-            }
+            b"usemtl" => self.material(scan::name(self.bytes, statement)),
             _ => self.extras.other += 1,
         }
         Ok(())
+    }
+
+    fn material(&mut self, name: &[u8]) {
+        let materials = &mut self.extras.materials;
+        let material = materials.iter().position(|known| known == name).unwrap_or_else(|| {
+            materials.push(name.to_vec());
+            materials.len() - 1
+        });
+        let run = MaterialRun { first_face: self.faces.len() as Index, material: material as Index };
+        match self.material_runs.last_mut() {
+            // Exporters repeat the statement for each group, and may name another material before any face.
+            Some(last) if last.material == run.material => {}
+            Some(last) if last.first_face == run.first_face => *last = run,
+            _ => self.material_runs.push(run),
+        }
     }
 
     fn position(&mut self, statement: &Statement) -> Result<(), ObjErrorKind> {

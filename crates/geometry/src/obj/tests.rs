@@ -257,6 +257,27 @@ mod other_statements {
         assert_eq!(obj.extras().materials, [&b"red"[..], b"my skin"]);
     }
 
+    fn face_materials(text: &str) -> Vec<Option<Index>> {
+        let obj = parse(format!("{THREE}{text}"));
+        (0..obj.faces().len() as Index).map(|f| obj.face_material(f)).collect()
+    }
+
+    #[test]
+    fn a_face_has_the_material_named_last() {
+        let (f, a, b) = ("f 1 2 3\n", "usemtl a\n", "usemtl b\n");
+        let cases: [(&[&str], &[Option<Index>]); 5] = [
+            (&[f, f], &[None; 2]),
+            (&[a, f, f], &[Some(0); 2]),
+            (&[f, a, f, b, f, f, a, f], &[None, Some(0), Some(1), Some(1), Some(0)]),
+            // Repeated, named for nothing, and named for nothing between faces that it does not part.
+            (&[a, f, a, f, b, a, f, b], &[Some(0); 3]),
+            (&[f, b, a, "g x\n", f, "o y\n", f], &[None, Some(1), Some(1)]),
+        ];
+        for (text, expected) in cases {
+            assert_eq!(face_materials(&text.concat()), expected, "{text:?}");
+        }
+    }
+
     /// Latin-1, UTF-8, and Shift-JIS, where the second byte of a character may be a backslash.
     const NAMES: [&[u8]; 3] = [b"caf\xe9", "Größe 目".as_bytes(), b"\x83\x5c"];
 

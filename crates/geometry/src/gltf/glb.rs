@@ -1,0 +1,123 @@
+//! The binary container of glTF 2.0 (its specification, §3.6 and §4): JSON in front, one buffer behind, which typed
+//! accessors look into through views.
+
+use serde_json::{Map, Value, json};
+
+/// A chunk or the whole file is longer than its 32-bit length can say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("a binary glTF file of more than 4 GiB cannot be written")]
+pub struct TooLarge;
+
+/// All parts of the file begin at multiples of this.
+const ALIGNMENT: usize = 4;
+
+const FLOAT: u32 = 5126;
+const UNSIGNED_SHORT: u32 = 5123;
+const UNSIGNED_INT: u32 = 5125;
+const ARRAY_BUFFER: u32 = 34962;
+const ELEMENT_ARRAY_BUFFER: u32 = 34963;
+
+/// The highest index is kept free: it restarts a strip.
+const VERTICES_OF_SHORT_INDICES: usize = u16::MAX as usize;
+
+/// Collects binary data and describes it.
+#[derive(Default)]
+pub(super) struct Buffer {
+    bytes: Vec<u8>,
+    views: Vec<Value>,
+    accessors: Vec<Value>,
+}
+
+impl Buffer {
+    /// With room for this many bytes.
+    pub(super) fn with_capacity(bytes: usize) -> Self {
+        Self { bytes: Vec::with_capacity(bytes), ..Self::default() }
+    }
+
+    /// A view of so many bytes, and the bytes to be filled in.
+    fn view(&mut self, length: usize, target: Option<u32>) -> (usize, &mut [u8]) {
+        let start = self.bytes.len().next_multiple_of(ALIGNMENT);
+        self.bytes.resize(start + length, 0);
+        let mut view = json!({ "buffer": 0, "byteOffset": start, "byteLength": length });
+        if let Some(target) = target {
+            view["target"] = target.into();
+        }
+        self.views.push(view);
+        (self.views.len() - 1, &mut self.bytes[start..])
+    }
+    fn accessor(&mut self, accessor: Value) -> usize {
+        self.accessors.push(accessor);
+        self.accessors.len() - 1
+    }
+
+    /// Adds a file of any kind and gives its view.
+    pub(super) fn file(&mut self, bytes: &[u8]) -> usize {
+        let (view, out) = self.view(bytes.len(), None);
+        out.copy_from_slice(bytes);
+        view
+    }
+    /// Adds a value for each vertex, at least one and all finite, and gives its accessor, bounds included.
+    pub(super) fn attribute<const N: usize>(&mut self, values: &[[f32; N]]) -> usize {
+        let (view, out) = self.view(size_of_val(values), Some(ARRAY_BUFFER));
+        for (out, x) in out.as_chunks_mut().0.iter_mut().zip(values.as_flattened()) {
+            *out = x.to_le_bytes();
+        }
+        let bound = |pick: fn(f32, f32) -> f32, start| {
+            let bound =
+                values.iter().fold([start; N], |bound, value| std::array::from_fn(|k| pick(bound[k], value[k])));
+            Value::from(bound.to_vec())
+        };
+        let (min, max) = (bound(f32::min, f32::INFINITY), bound(f32::max, f32::NEG_INFINITY));
+        self.accessor(json!({
+            "bufferView": view, "componentType": FLOAT, "count": values.len(), "type": format!("VEC{N}"),
+            "min": min, "max": max,
+        }))
+    }
+    /// Adds triangles over so many vertices, at least one, and gives their accessor.
+    pub(super) fn indices(&mut self, triangles: &[[u32; 3]], vertices: usize) -> usize {
+        let indices = triangles.as_flattened();
+        let short = vertices <= VERTICES_OF_SHORT_INDICES;
+        let (kind, width) = if short { (UNSIGNED_SHORT, 2) } else { (UNSIGNED_INT, 4) };
+        let (view, out) = self.view(indices.len() * width, Some(ELEMENT_ARRAY_BUFFER));
+        if short {
+            for (out, i) in out.as_chunks_mut().0.iter_mut().zip(indices) {
+                *out = (*i as u16).to_le_bytes();
+            }
+        } else {
+            for (out, i) in out.as_chunks_mut().0.iter_mut().zip(indices) {
+                *out = i.to_le_bytes();
+            }
+        }
+        self.accessor(json!({ "bufferView": view, "componentType": kind, "count": indices.len(), "type": "SCALAR" }))
+    }
+
+    /// The file: a document whose indices are those that were given here, and the data.
+    pub(super) fn finish(mut self, mut document: Map<String, Value>) -> Result<Vec<u8>, TooLarge> {
+        self.bytes.resize(self.bytes.len().next_multiple_of(ALIGNMENT), 0);
+        if !self.bytes.is_empty() {
+            document.insert("buffers".to_owned(), json!([{ "byteLength": self.bytes.len() }]));
+        }
+        insert_list(&mut document, "bufferViews", self.views);
+        insert_list(&mut document, "accessors", self.accessors);
+        let mut text = Value::Object(document).to_string().into_bytes();
+        text.resize(text.len().next_multiple_of(ALIGNMENT), b' ');
+        let length = |data: &[u8]| u32::try_from(data.len()).map(u32::to_le_bytes).map_err(|_| TooLarge);
+        let mut head = [&b"glTF"[..], &2u32.to_le_bytes(), &[0; 4], &length(&text)?, b"JSON", &text].concat();
+        if !self.bytes.is_empty() {
+            head.extend([length(&self.bytes)?, *b"BIN\0"].as_flattened());
+        }
+        // What is long moves within its memory; a second one would cost as much as all the rest.
+        let mut out = self.bytes;
+        out.splice(0..0, head);
+        let total = length(&out)?;
+        out[8..12].copy_from_slice(&total);
+        Ok(out)
+    }
+}
+
+/// Adds a list to a document, in which empty ones are not allowed.
+pub(super) fn insert_list(document: &mut Map<String, Value>, name: &str, list: Vec<Value>) {
+    if !list.is_empty() {
+        document.insert(name.to_owned(), list.into());
+    }
+}
