@@ -1,6 +1,6 @@
 //! The meshes in `data/` are what their commands make, and the documents speak of what is there.
 
-use planish_geometry::bundle::{self, Names, Settings};
+use planish_geometry::bundle::{self, Belongings, Names, Settings};
 use planish_geometry::manifest;
 use planish_geometry::model::Model;
 use planish_geometry::noise::{self, Direction, Noise};
@@ -58,7 +58,7 @@ fn fields(value: &Value, inside: bool, out: &mut Vec<String>) {
 fn every_field_of_a_manifest_is_documented() {
     let names = Names { source: "duck_noisy.obj".into(), stem: "duck_noisy".into(), carrier: "duck_noisy".into() };
     let settings = Settings { side: Some(64), ..Settings::default() };
-    let bundle = bundle::bake(&model("duck_noisy.obj"), &names, &[], str::to_owned, &settings, &Silent).unwrap();
+    let bundle = bundle::bake(&model("duck_noisy.obj"), &names, Belongings::NONE, &settings, &Silent).unwrap();
     let json: Value = serde_json::from_slice(&bundle.files.last().unwrap().bytes).unwrap();
     let document = std::fs::read_to_string(root().join("docs/manifest.md")).unwrap();
     let mut names = Vec::new();

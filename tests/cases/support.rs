@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3, Vec3};
 use planish_geometry::apply::{self, Places, ShaderVertex};
-use planish_geometry::bundle::{self, Bundle, Names, Settings};
+use planish_geometry::bundle::{self, Belongings, Bundle, Names, Settings};
 use planish_geometry::displacement::{Displacement, Place, Weights};
 use planish_geometry::manifest::{Layout, Manifest};
 use planish_geometry::model::Model;
@@ -68,7 +68,7 @@ pub(crate) fn shared_data() -> Option<PathBuf> {
 
 pub(crate) fn bake(model: &Model, settings: &Settings) -> Bundle {
     let names = Names { source: "in.obj".to_owned(), stem: "out".to_owned(), carrier: "out.carrier".to_owned() };
-    bundle::bake(model, &names, &[], str::to_owned, settings, &Silent).unwrap()
+    bundle::bake(model, &names, Belongings::NONE, settings, &Silent).unwrap()
 }
 
 /// A bundle read back from its own files.
@@ -102,9 +102,9 @@ impl Read {
                 position: (self.carrier.positions()[v] - origin).as_vec3(),
                 normal: self.carrier.normals()[corner.normal().unwrap() as usize].as_vec3(),
                 place: match self.manifest.displacement.layout {
-                    Layout::Uv => dominant[v]
-                        .or(corner.uv())
-                        .map(|vt| Place::Uv(self.carrier.uvs()[vt as usize].as_vec2())),
+                    Layout::Uv => {
+                        dominant[v].or(corner.uv()).map(|vt| Place::Uv(self.carrier.uvs()[vt as usize].as_vec2()))
+                    }
                     Layout::Vertex => Some(Place::Texel(corner.position)),
                 },
                 ..ShaderVertex::default()

@@ -49,8 +49,8 @@ pub(crate) struct OutputArgs {
 pub(crate) enum Command {
     /// Bake a mesh into a displacement map
     ///
-    /// Writes NAME.displacement.png (or .exr), NAME.normal.png, NAME.planish.json, and a carrier: NAME.obj with
-    /// NAME.mtl, which is the mesh with the normals that the map displaces along.
+    /// Writes NAME.displacement.png (or .exr, .tif), NAME.normal.png, NAME.planish.json, and a carrier, which is the mesh with the
+    /// normals that the map displaces along: NAME.obj with NAME.mtl, and NAME.glb, where λ is a morph target.
     #[command(after_help = "Example:\n  planish bake scan.obj -o out --iterations 10 --size 2048")]
     Bake(BakeArgs),
     /// Displace a mesh by its map, as the vertex shader would
@@ -198,6 +198,9 @@ pub(crate) struct BakeArgs {
     /// Green channel of the normal map: opengl points up (Blender, glTF, three.js, Unity), directx down (Unreal)
     #[arg(long, value_enum, default_value_t, help_heading = "Map")]
     pub(crate) normal_convention: ConventionArg,
+    /// Write no NAME.glb, the carrier as binary glTF with the denoised surface as a morph target
+    #[arg(long, help_heading = "Map")]
+    pub(crate) no_glb: bool,
 }
 
 #[derive(Args, Debug)]

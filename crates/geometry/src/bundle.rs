@@ -13,6 +13,7 @@ use crate::apply;
 use crate::atlas::{Atlas, AtlasError};
 use crate::denoise::Denoiser;
 use crate::displacement::{DecodeError, EncodeError, MapKind, TexelFormat};
+use crate::gltf::GltfError;
 use crate::manifest::{
     self, Carrier, Clients, DominantUv, Layout, Manifest, MapEntry, Method, NormalMapEntry, Report, Source, Target,
 };
@@ -22,8 +23,8 @@ use crate::obj::{Obj, ObjError};
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
 use crate::surface::Surface;
-use crate::texture::normal_map::Convention;
 use crate::texture::findings::Findings;
+use crate::texture::normal_map::Convention;
 use crate::texture::resolution::{self, Choice, Spacing};
 use crate::texture::{Coverage, Interpolation, Texels, tangents};
 use crate::weld::Welding;
@@ -61,6 +62,34 @@ pub struct Settings {
     pub texel: TexelFormat,
     /// Of the normal map.
     pub convention: Convention,
+    /// What carries the map.
+    pub carriers: Carriers,
+}
+
+/// Files with the mesh and the numbers of its map.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Carriers {
+    /// OBJ with MTL, and binary glTF.
+    #[default]
+    ObjAndGlb,
+    /// OBJ with MTL.
+    Obj,
+}
+
+/// What belongs to a source and lies in other files.
+#[derive(Clone, Copy)]
+pub struct Belongings<'a> {
+    /// Its material libraries.
+    pub libraries: &'a [Vec<u8>],
+    /// Turns the name of a texture as it stands in them into one that holds where the carrier will lie.
+    pub relocate: &'a dyn Fn(&str) -> String,
+    /// The bytes of a texture, by its name in the libraries.
+    pub texture: &'a dyn Fn(&str) -> Option<Vec<u8>>,
+}
+
+impl Belongings<'_> {
+    /// Nothing.
+    pub const NONE: Belongings<'static> = Belongings { libraries: &[], relocate: &str::to_owned, texture: &|_| None };
 }
 
 /// Multiples of the step between two heights.
@@ -197,6 +226,9 @@ pub enum BakeError {
     /// The same for the carrier.
     #[error("the carrier does not read back: {0}")]
     Carrier(#[from] ObjError),
+    /// The mesh does not fit into glTF.
+    #[error(transparent)]
+    Gltf(#[from] GltfError),
     /// The heights left what single precision can hold.
     #[error("denoising gave heights that are not finite numbers in single precision")]
     NotFinite,
@@ -212,13 +244,11 @@ pub fn displacement_normals(model: &Model, source: NormalSource) -> Result<Vec<V
 
 /// Denoises, bakes, writes to memory, reads back and measures.
 ///
-/// `libraries` are the material libraries of the source, `relocate` turns the name of a texture as it stands there into
-/// one that holds where the carrier will lie.
+/// `beside` is what the source's materials need.
 pub fn bake(
     model: &Model,
     names: &Names,
-    libraries: &[Vec<u8>],
-    relocate: impl Fn(&str) -> String,
+    beside: Belongings,
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<Bundle, BakeError> {
@@ -243,8 +273,9 @@ pub fn bake(
     progress.check()?;
     let mut manifest = describe(model, names, atlas.as_ref(), settings, &maps);
     manifest.source.sha256 = source_sha256;
+    let glb = (settings.carriers == Carriers::ObjAndGlb).then(|| format!("{}.glb", names.carrier));
     manifest.carrier =
-        Carrier { obj: format!("{}.obj", names.carrier), mtl: library_file, glb: None, sha256: carrier.sha256.clone() };
+        Carrier { obj: format!("{}.obj", names.carrier), mtl: library_file, glb, sha256: carrier.sha256.clone() };
     progress.stage("verifying");
     let evidence = Evidence {
         model,
@@ -261,11 +292,22 @@ pub fn bake(
     if settings.layout == LayoutChoice::Auto && settings.texels == Texels::Fitted && missed > 0 && maps.plan.is_uv() {
         // What was written is what counts, whatever the plan promised.
         let instead = Settings { layout: LayoutChoice::Vertex, ..settings.clone() };
-        let bundle = bake(model, names, libraries, relocate, &instead, progress)?;
+        let bundle = bake(model, names, beside, &instead, progress)?;
         return Ok(Bundle { fallback: Some(Fallback::Measured { missed }), ..bundle });
     }
     progress.check()?;
-    let library = materials::carrier_library(model.obj(), libraries, &statements(&manifest, atlas.is_some()), relocate);
+    let library = materials::carrier_library(
+        model.obj(),
+        beside.libraries,
+        &statements(&manifest, atlas.is_some()),
+        beside.relocate,
+    );
+    let glb = manifest.carrier.glb.as_ref().map(|_| {
+        progress.stage("glTF");
+        carrier::glb(model, &normals, &manifest, &maps, &carrier.obj, names, beside)
+    });
+    let glb = glb.transpose()?;
+    progress.check()?;
     let file = |name: &str, bytes| File { name: name.to_owned(), bytes };
     let mut files = vec![file(&manifest.displacement.file, std::mem::take(&mut maps.displacement))];
     if let (Some(entry), Some((image, _))) = (&manifest.normal_map, maps.normal_map) {
@@ -273,6 +315,7 @@ pub fn bake(
     }
     files.push(file(&manifest.carrier.obj, carrier.obj.into_bytes()));
     files.push(file(&manifest.carrier.mtl, library));
+    files.extend(manifest.carrier.glb.as_ref().zip(glb).map(|(name, bytes)| file(name, bytes)));
     files.push(file(&format!("{}.planish.json", names.stem), manifest.to_json().into_bytes()));
     let (choice, fallback) = maps.plan.into_reasons();
     Ok(Bundle { files, manifest, choice, fallback })

@@ -248,7 +248,11 @@ mod tests {
             size: SIZE,
             texels: (0..15u8).map(|i| f32::from((7 * i + 3 * k) % 15) / 14.0).collect(),
         };
-        Displacement::encode(&[plane(0), plane(1), plane(2)], MapKind::VectorObject, Encoding::covering(0.0, 1.0, texel))
+        Displacement::encode(
+            &[plane(0), plane(1), plane(2)],
+            MapKind::VectorObject,
+            Encoding::covering(0.0, 1.0, texel),
+        )
     }
 
     #[test]

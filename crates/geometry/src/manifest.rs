@@ -358,6 +358,8 @@ impl Manifest {
         ensure(strength, "displacement.lambda", format!("{} is not a strength", map.lambda))?;
         let near = map.origin.to_array().into_iter().all(single);
         ensure(near, "displacement.origin", format!("{} is too large", map.origin))?;
+        let has_places = map.layout == Layout::Vertex || self.dominant_uv.is_some();
+        ensure(has_places, "dominant_uv", "is missing, and the layout `uv` needs it".to_owned())?;
         let enough = map.layout == Layout::Uv || map.size().texels() >= self.source.vertices;
         let texels = map.size().texels();
         let problem = format!("{texels} texels are too few for {} vertices", self.source.vertices);

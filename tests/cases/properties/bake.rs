@@ -53,8 +53,8 @@ fn settings() -> impl Strategy<Value = Settings> {
     let layouts = vec![LayoutChoice::Auto, LayoutChoice::Uv, LayoutChoice::Vertex];
     let normals = vec![NormalSource::Uniform, NormalSource::Area, NormalSource::Angle];
     let texels = vec![Texels::Fitted, Texels::Interpolated];
-    (1..70_u32, select(interpolations), select(texels), select(formats), select(layouts), select(normals), 1..4_u32).prop_map(
-        |(side, interpolation, texels, texel, layout, normals, iterations)| Settings {
+    (1..70_u32, select(interpolations), select(texels), select(formats), select(layouts), select(normals), 1..4_u32)
+        .prop_map(|(side, interpolation, texels, texel, layout, normals, iterations)| Settings {
             goal: Goal::Denoiser(Denoiser::Laplacian(Laplacian { iterations, step: 1.0, ..Laplacian::default() })),
             lambda: Lambda(0.7),
             side: Some(side),
@@ -64,8 +64,7 @@ fn settings() -> impl Strategy<Value = Settings> {
             layout,
             normals,
             ..Settings::default()
-        },
-    )
+        })
 }
 
 /// The exact sum of two numbers as its nearest f64 and what is missing to it (Knuth 1969).

@@ -4,7 +4,7 @@ use super::cases;
 use super::spelling::{Mesh, Spelled, position, spelled};
 use crate::support::{bake, model};
 use glam::{DVec2, DVec3, Vec3};
-use planish_geometry::bundle::{self, Names, Settings};
+use planish_geometry::bundle::{self, Belongings, Names, Settings};
 use planish_geometry::model::{Model, NormalSource};
 use planish_geometry::obj::Obj;
 use planish_geometry::progress::Silent;
@@ -195,7 +195,7 @@ proptest! {
             let names = Names { source: String::new(), stem: String::new(), carrier: String::new() };
             let settings = Settings { side: Some(8), ..Settings::default() };
             // Refusing is fine; panicking is not.
-            let _ = bundle::bake(&Model::new(obj, Welding::Exact), &names, &[], str::to_owned, &settings, &Silent);
+            let _ = bundle::bake(&Model::new(obj, Welding::Exact), &names, Belongings::NONE, &settings, &Silent);
         }
     }
 }

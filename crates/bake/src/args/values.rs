@@ -1,8 +1,8 @@
 //! Values of options: the choices and the numbers that are allowed.
 
 use clap::ValueEnum;
-use planish_geometry::denoise::{Boundary, EdgeWeights};
 use planish_geometry::bundle::LayoutChoice;
+use planish_geometry::denoise::{Boundary, EdgeWeights};
 use planish_geometry::displacement::FileFormat;
 use planish_geometry::manifest::LARGEST_SIDE;
 use planish_geometry::model::NormalSource;

@@ -6,6 +6,7 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::input;
 use crate::output::Output;
+use glam::Vec3;
 use planish_geometry::apply::{self, Places, ShaderVertex};
 use planish_geometry::bundle;
 use planish_geometry::displacement::{Displacement, MapKind};
@@ -15,7 +16,6 @@ use planish_geometry::obj::Obj;
 use planish_geometry::progress::Progress as _;
 use planish_geometry::texture::tangents;
 use planish_geometry::weld::Welding;
-use glam::Vec3;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 

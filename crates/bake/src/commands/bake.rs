@@ -7,7 +7,10 @@ use crate::failure::Failure;
 use crate::input;
 use crate::output::{self, Folder};
 use planish_geometry::atlas::AtlasError;
-use planish_geometry::bundle::{self, BakeError, Bundle, Fallback, Goal, Lambda, LargestSide, LayoutChoice, Names, Quanta, Settings};
+use planish_geometry::bundle::{
+    self, BakeError, Belongings, Bundle, Carriers, Fallback, Goal, Lambda, LargestSide, LayoutChoice, Names, Quanta,
+    Settings,
+};
 use planish_geometry::displacement::{FileFormat, MapKind, TexelFormat};
 use planish_geometry::manifest::{self, Layout, Report, Target};
 use planish_geometry::materials;
@@ -56,6 +59,7 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
         texels: args.texels.into(),
         texel,
         convention: args.normal_convention.into(),
+        carriers: if args.no_glb { Carriers::Obj } else { Carriers::ObjAndGlb },
     };
     let libraries = libraries(input, &model, console);
     let textures = libraries.iter().flat_map(|(_, bytes)| materials::textures(bytes)).map(|name| beside(input, &name));
@@ -67,8 +71,9 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
         // What is not there stays as it was written: the user may know why.
         if place.is_file() { from_folder(&place, folder.path()) } else { texture.to_owned() }
     };
-    let bundle = bundle::bake(&model, &names, &libraries, relocate, &settings, console)
-        .map_err(|e| explain(e, &model, input))?;
+    let texture = |name: &str| std::fs::read(beside(input, name)).ok();
+    let belongings = Belongings { libraries: &libraries, relocate: &relocate, texture: &texture };
+    let bundle = bundle::bake(&model, &names, belongings, &settings, console).map_err(|e| explain(e, &model, input))?;
     console.stage("writing");
     bundle.files.iter().try_for_each(|f| output::spare(&folder.path().join(&f.name), &inputs))?;
     let written = folder.write(bundle.files.iter().map(|f| (Path::new(&f.name), f.bytes.as_slice())))?;
@@ -172,7 +177,7 @@ fn explain(error: BakeError, model: &Model, input: &Path) -> Failure {
             Failure::at(input, "has no texture coordinates, and --space tangent needs some; use --space object")
         }
         BakeError::Normals(e) => Failure::at(input, format!("{e}; use --normals angle")),
-        BakeError::NotFinite => Failure::at(input, BakeError::NotFinite),
+        e @ (BakeError::NotFinite | BakeError::Gltf(_)) => Failure::at(input, e),
         other => Failure::Internal(format!("{}: {other}", input.display())),
     }
 }

@@ -94,8 +94,16 @@ fn differences(promised: &Report, measured: &Report) -> Vec<String> {
         }
     };
     compare("the largest error", promised.error_bound, measured.max_error);
-    compare("the 99th percentile of the errors", promised.error_bound.min(promised.p99_error * 1.01), measured.p99_error);
+    compare(
+        "the 99th percentile of the errors",
+        promised.error_bound.min(promised.p99_error * 1.01),
+        measured.p99_error,
+    );
     compare("the gap at seams", promised.seam_gap, measured.seam_gap);
-    compare("the number of unresolved vertices", promised.unresolved_vertices as f64, measured.unresolved_vertices as f64);
+    compare(
+        "the number of unresolved vertices",
+        promised.unresolved_vertices as f64,
+        measured.unresolved_vertices as f64,
+    );
     out
 }

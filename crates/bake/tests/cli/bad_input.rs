@@ -57,10 +57,14 @@ fn every_command_names_the_mesh_it_cannot_read() {
 }
 
 #[test]
-fn bake_wants_texture_coordinates_and_says_what_to_do() {
+fn a_layout_that_is_not_there_is_refused_and_the_way_out_named() {
     let folder = Folder::with("in.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-    folder.refuses("bake in.obj -o out", &["in.obj: ", "no texture coordinates", "unwrap", "planish denoise"]);
-    folder.succeeds("denoise in.obj -o out.obj");
+    let words = ["in.obj: ", "no texture coordinates", "--layout vertex", "unwrap"];
+    folder.refuses("bake in.obj -o out --layout uv", &words);
+    folder.refuses("bake in.obj -o out --map vector --space tangent", &["in.obj: ", "--space object"]);
+    let baked = folder.succeeds_with_json("bake in.obj -o out");
+    assert_eq!(baked["manifest"]["displacement"]["layout"], "vertex");
+    assert_eq!(baked["layout_reason"], "the mesh has no texture coordinates");
 }
 
 #[test]
@@ -132,6 +136,12 @@ fn bad_options_name_themselves_and_what_they_take() {
         ("--format jpg", "jpg"),
         ("--interpolation cubic", "cubic"),
         ("--texels blurred", "blurred"),
+        ("--layout round", "round"),
+        ("--map bump", "bump"),
+        ("--map vector --space world", "world"),
+        ("--tolerance 0.5", "0.625"),
+        ("--max-size 0", "from 1 to"),
+        ("--max-size auto", "from 1 to"),
         ("--normals best", "best"),
         ("--normal-convention vulkan", "vulkan"),
     ];
@@ -173,8 +183,10 @@ fn bad_options_name_themselves_and_what_they_take() {
 #[test]
 fn options_that_contradict_each_other_or_the_mesh_are_refused() {
     let folder = Folder::with("in.obj", Mesh::grid(2).obj());
-    folder.refuses("bake in.obj -o new --format png --bits 32", &["PNG", "--format exr", "--bits 16"]);
-    folder.refuses("bake in.obj -o new --format exr --bits 16", &["EXR", "--bits 32", "--format png"]);
+    folder.refuses("bake in.obj -o new --format png --bits 32", &["PNG", "--bits 8 or 16", "--format tiff or exr"]);
+    folder.refuses("bake in.obj -o new --format exr --bits 8", &["EXR", "--bits 16 or 32", "--format png"]);
+    folder.refuses("bake in.obj -o new --layout vertex --size 64", &["--size", "--layout vertex"]);
+    folder.refuses("bake in.obj -o new --space tangent", &["--space", "--map vector"]);
     for command in ["bake in.obj -o new", "denoise in.obj -o new/out.obj", "info in.obj"] {
         folder.refuses(&format!("{command} --weld 1e9"), &["in.obj: ", "--weld 1000000000", "at most 1.414e-2"]);
     }

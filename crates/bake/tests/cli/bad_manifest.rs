@@ -26,7 +26,7 @@ fn values_that_make_no_sense_are_named() {
         ("/displacement/bias", json!("low"), &["low", "line"]),
         ("/displacement/width", json!(0), &["displacement.width", "0"]),
         ("/displacement/height", json!(100_000), &["displacement.height", "100000"]),
-        ("/displacement/bits", json!(12), &["8, 16 or 32", "12"]),
+        ("/displacement/bits", json!(12), &["no 12-bit texels", "12"]),
         ("/displacement/layout", json!("spiral"), &["spiral"]),
         ("/displacement/lambda", json!(1e300), &["displacement.lambda"]),
         ("/displacement/origin", json!([0.0, 1e300, 0.0]), &["displacement.origin"]),
@@ -49,7 +49,8 @@ fn values_that_make_no_sense_are_named() {
 fn missing_fields_are_named() {
     let folder = baked();
     let whole = folder.json("out/in.planish.json");
-    for field in whole.as_object().unwrap().keys() {
+    // Not every map comes with a normal map.
+    for field in whole.as_object().unwrap().keys().filter(|field| *field != "normal_map") {
         let mut manifest = whole.clone();
         manifest.as_object_mut().unwrap().shift_remove(field);
         folder.write("out/in.planish.json", manifest.to_string());

@@ -7,13 +7,13 @@ use serde_json::json;
 use std::path::Path;
 
 #[test]
-fn a_bake_writes_five_files_that_name_each_other() {
+fn a_bake_writes_six_files_that_name_each_other() {
     let folder = Folder::with("scans/statue.obj", Mesh::sphere(4).noisy(0.05).obj());
     for (bits, map) in [(8, "png"), (16, "png"), (32, "exr")] {
         let out = format!("out{bits}");
         let printed = folder.succeeds_with_json(&format!("bake scans/statue.obj -o {out} --bits {bits} --size 128"));
         let map = format!("statue.displacement.{map}");
-        let names = [&map, "statue.mtl", "statue.normal.png", "statue.obj", "statue.planish.json"];
+        let names = [&map, "statue.glb", "statue.mtl", "statue.normal.png", "statue.obj", "statue.planish.json"];
         assert_eq!(folder.names(&out), names);
         let mut written: Vec<&str> = printed["files"].as_array().unwrap().iter().filter_map(|f| f.as_str()).collect();
         written.sort_unstable();
@@ -25,8 +25,11 @@ fn a_bake_writes_five_files_that_name_each_other() {
         let entry = &manifest["displacement"];
         assert_eq!((&entry["file"], &entry["bits"]), (&json!(map), &json!(bits)));
         assert_eq!((&entry["width"], &entry["height"]), (&json!(128), &json!(128)));
-        assert_eq!(manifest["normal_map"], json!({ "file": "statue.normal.png", "convention": "opengl" }));
-        assert_eq!((&manifest["carrier"]["obj"], &manifest["carrier"]["mtl"]), (&json!(names[3]), &json!(names[1])));
+        assert_eq!(
+            manifest["normal_map"],
+            json!({ "file": "statue.normal.png", "width": 128, "height": 128, "convention": "opengl" })
+        );
+        assert_eq!((&manifest["carrier"]["obj"], &manifest["carrier"]["mtl"]), (&json!(names[4]), &json!(names[2])));
     }
 }
 
@@ -114,7 +117,7 @@ fn the_green_of_the_normal_map_follows_the_convention() {
     let [up, down] = ["opengl", "directx"].map(|c| folder.contents(c));
     let differing: Vec<_> =
         up.keys().filter(|name| up[*name] != down[*name]).map(|n| n.display().to_string()).collect();
-    assert_eq!(differing, ["in.normal.png", "in.planish.json"]);
+    assert_eq!(differing, ["in.glb", "in.normal.png", "in.planish.json"]);
 }
 
 #[test]
@@ -219,7 +222,7 @@ fn a_bake_into_the_folder_of_the_mesh_spares_the_mesh() {
         assert!(before.iter().all(|(name, bytes)| after[name] == *bytes));
         let added: Vec<_> =
             after.keys().filter(|name| !before.contains_key(*name)).map(|n| n.display().to_string()).collect();
-        let names = ["displacement.png", "normal.png", "planish.json", "planish.mtl", "planish.obj"];
+        let names = ["displacement.png", "normal.png", "planish.glb", "planish.json", "planish.mtl", "planish.obj"];
         assert_eq!(added, names.map(|name| format!("statue.{name}")));
     }
     folder.succeeds("apply scans/statue.planish.json -o applied.obj");

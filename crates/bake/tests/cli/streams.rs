@@ -101,7 +101,8 @@ fn warnings_say_what_the_result_lacks() {
     warns("bake in.obj -o out", &["none.mtl", "materials"]);
     warns("denoise in.obj -o out.obj", &["`vn`", "--update-normals"]);
     warns("denoise clean.obj -o out.obj --update-normals", &["clean.obj", "no `vn` lines"]);
-    warns("bake in.obj -o out --size 4", &["vertices", "layout", "larger --size"]);
+    warns("bake in.obj -o out --layout uv --size 4", &["vertices", "off by more than", "larger size"]);
+    warns("bake in.obj -o out --size 4", &["one texel for each vertex", "share texels even at 4"]);
 
     let mesh = Mesh::grid(6);
     let [mut overlapping, mut outside, mut unmapped] = [0, 1, 2].map(|_| mesh.clone());
@@ -111,7 +112,8 @@ fn warnings_say_what_the_result_lacks() {
     folder.write("overlapping.obj", overlapping.obj());
     folder.write("outside.obj", outside.obj());
     folder.write("unmapped.obj", unmapped.obj() + "f -1 -2 -3\n");
-    warns("bake overlapping.obj -o out --size 256", &["charts overlap"]);
-    warns("bake outside.obj -o out --size 256", &["21 vertices outside [0, 1]"]);
-    warns("bake unmapped.obj -o out --size 256", &["3 vertices without texture coordinates"]);
+    warns("bake overlapping.obj -o out --layout uv --size 256", &["charts overlap"]);
+    warns("bake outside.obj -o out --layout uv --size 256", &["21 vertices are outside [0, 1]"]);
+    warns("bake unmapped.obj -o out --layout uv --size 256", &["3 vertices are without texture coordinates"]);
+    warns("bake unmapped.obj -o out --size 256", &["one texel for each vertex", "3 vertices have no texture"]);
 }

@@ -1,11 +1,19 @@
 //! The mesh that carries the map.
 
-use crate::manifest;
+use super::maps::Maps;
+use super::{Belongings, Names};
+use crate::apply::{self, Places};
+use crate::displacement::Place;
+use crate::gltf::{self, Filter, GltfError};
+use crate::manifest::{self, Layout, Manifest};
+use crate::materials;
 use crate::model::Model;
+use crate::normals::{self, FaceWeight};
 use crate::obj::{Obj, ObjError};
 use crate::ragged::Index;
 use crate::texture::per_vertex;
 use glam::{DVec3, Vec2, Vec3};
+use serde_json::{Map as Object, Value, json};
 
 /// The carrier as it reads back.
 pub(super) struct CarrierFile {
@@ -33,6 +41,53 @@ pub(super) fn places(model: &Model) -> Vec<Vec2> {
     let lines = model.obj().positions().len();
     let size = per_vertex::size(lines);
     (0..lines as Index).map(|line| per_vertex::uv(line, size)).collect()
+}
+
+/// The same mesh as binary glTF.
+pub(super) fn glb(
+    model: &Model,
+    normals: &[Vec3],
+    manifest: &Manifest,
+    maps: &Maps,
+    carrier: &Obj,
+    names: &Names,
+    beside: Belongings,
+) -> Result<Vec<u8>, GltfError> {
+    let entry = &manifest.displacement;
+    let dominant = manifest.dominant_pairs();
+    let vertices = apply::carrier_vertices(carrier, Places::new(entry.layout, &dominant), entry.origin);
+    let uv = |place: Place| match place {
+        Place::Uv(uv) => uv,
+        Place::Texel(line) => per_vertex::uv(line, entry.size()),
+    };
+    let places: Vec<Option<Vec2>> = vertices.iter().map(|v| v.place.map(uv)).collect();
+    let denoised = &maps.offsets.places;
+    let denoised_normals = normals::vertex_normals(&model.surface().at(denoised.clone()), FaceWeight::Angle);
+    // A library that cannot be understood is copied into the carrier's own all the same; here its materials are grey.
+    let materials: Vec<_> = beside.libraries.iter().flat_map(|l| materials::read(l).unwrap_or_default()).collect();
+    let normal_map = manifest.normal_map.as_ref().map_or(Value::Null, |map| json!(map));
+    let map = gltf::Map {
+        bytes: &maps.displacement,
+        filter: if entry.layout == Layout::Uv { Filter::Linear } else { Filter::Nearest },
+        entry: match json!(entry) {
+            Value::Object(entry) => entry,
+            _ => Object::new(),
+        },
+    };
+    let carrier = gltf::Carrier {
+        name: &names.stem,
+        model,
+        normals,
+        places: &places,
+        denoised,
+        denoised_normals: &denoised_normals,
+        origin: entry.origin,
+        lambda: entry.lambda,
+        materials: &materials,
+        map,
+        normal_map,
+    };
+    gltf::glb(&carrier, beside.texture)
 }
 
 /// Normals of the `v` lines. Where there is none the height is zero, and any direction does; a client would make NaN

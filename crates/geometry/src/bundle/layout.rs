@@ -59,7 +59,11 @@ impl std::fmt::Display for Fallback {
                         let share = 100.0 * choice.left as f64 / choice.vertices.max(1) as f64;
                         write!(f, "{share:.1} % of the vertices share texels even at {}", choice.side)?;
                     }
-                    _ => write!(f, "{} of {} vertices miss their height at {}", choice.left, choice.vertices, choice.side)?,
+                    _ => write!(
+                        f,
+                        "{} of {} vertices miss their height at {}",
+                        choice.left, choice.vertices, choice.side
+                    )?,
                 }
                 if let Some(worst) = problems.first() {
                     write!(f, " ({worst})")?;

@@ -197,7 +197,9 @@ fn room_for_normals(
     }
     // Four texels a vertex each way, if the layout were full.
     let vertices = model.surface().positions().len() as f64;
-    let side = ((4.0 * vertices.sqrt()) as u32).next_power_of_two().clamp(256.min(settings.largest_side.0), settings.largest_side.0);
+    let side = ((4.0 * vertices.sqrt()) as u32)
+        .next_power_of_two()
+        .clamp(256.min(settings.largest_side.0), settings.largest_side.0);
     let size = Size::square(settings.side.unwrap_or(side));
     let coverage = Coverage::new(model.surface(), atlas, size, progress)?;
     let allowed = OVERLAP * coverage.share() * size.texels() as f64;

@@ -64,15 +64,17 @@ pub(super) fn measure(evidence: &Evidence, manifest: &Manifest) -> Result<Report
     let of_range = |error: f64| (range > 0.0).then(|| error / range);
     let Errors { max, p99, mean, seam_gap, .. } = exact;
     let own_uvs = (entry.layout == Layout::Uv).then(|| mesh.own_uvs(carrier, &map));
-    let by_bits = || [TexelFormat::Png8, TexelFormat::Png16, TexelFormat::Exr32].map(|texel| {
-        let other = Encoding { texel, ..entry.encoding() };
-        let max_error = if other == entry.encoding() {
-            max
-        } else {
-            mesh.errors(&Displacement::encode(evidence.channels, entry.map, other), Weights::Exact).max
-        };
-        BitsError { bits: texel.bits(), max_error }
-    });
+    let by_bits = || {
+        [TexelFormat::Png8, TexelFormat::Png16, TexelFormat::Exr32].map(|texel| {
+            let other = Encoding { texel, ..entry.encoding() };
+            let max_error = if other == entry.encoding() {
+                max
+            } else {
+                mesh.errors(&Displacement::encode(evidence.channels, entry.map, other), Weights::Exact).max
+            };
+            BitsError { bits: texel.bits(), max_error }
+        })
+    };
     let without_normal = mesh.used.iter().filter(|(v, _)| evidence.normals[*v as usize] == Vec3::ZERO).count();
     let mut report = Report {
         max_error: max,
@@ -111,7 +113,8 @@ pub(super) fn measure(evidence: &Evidence, manifest: &Manifest) -> Result<Report
 fn suggestion(manifest: &Manifest, report: &Report) -> Option<String> {
     if report.unresolved_vertices > 0 {
         let layout = &report.layout;
-        let cure = if layout.out_of_range_vertices > 0 || layout.overlapping_texels > 0 || layout.unmapped_vertices > 0 {
+        let cure = if layout.out_of_range_vertices > 0 || layout.overlapping_texels > 0 || layout.unmapped_vertices > 0
+        {
             "an unwrap without overlaps inside [0, 1]"
         } else {
             "a larger size, or an unwrap with more room"
@@ -148,13 +151,7 @@ struct Errors {
 }
 
 impl<'a> Mesh<'a> {
-    fn new(
-        model: &'a Model,
-        carrier: &Obj,
-        vertices: Vec<ShaderVertex>,
-        expected: &'a [DVec3],
-        origin: DVec3,
-    ) -> Self {
+    fn new(model: &'a Model, carrier: &Obj, vertices: Vec<ShaderVertex>, expected: &'a [DVec3], origin: DVec3) -> Self {
         let mut drawn = vec![false; vertices.len()];
         for corner in carrier.faces().items() {
             drawn[corner.position as usize] = true;

@@ -195,7 +195,11 @@ pub(super) fn encode(planes: &[Vec<f32>], size: Size, format: TexelFormat) -> Re
         }
         TexelFormat::Tiff16 => {
             let texels = interleaved(planes, |t| (t * 65535.0).round() as u16);
-            if planes.len() == 1 { tiff::<colortype::Gray16>(&texels, size) } else { tiff::<colortype::RGB16>(&texels, size) }
+            if planes.len() == 1 {
+                tiff::<colortype::Gray16>(&texels, size)
+            } else {
+                tiff::<colortype::RGB16>(&texels, size)
+            }
         }
         TexelFormat::Tiff32 => {
             let texels = interleaved(planes, |t| t);

@@ -1,7 +1,7 @@
 //! The writers.
 
-use super::scan::{self, Statement, Statements, Tokens};
 use super::Obj;
+use super::scan::{self, Statement, Statements, Tokens};
 use crate::ragged::Index;
 use glam::{DVec3, Vec2, Vec3};
 use std::ops::Range;

@@ -82,9 +82,11 @@ pub fn fit(
     for (texel, height) in solved.into_iter().flatten() {
         texels[texel] = height as f32;
     }
+    // Texels are rounded to single precision.
+    let rounding = f64::from(f32::EPSILON) * bounds[0].abs().max(bounds[1].abs());
     let missed = |(sample, footprint): (&Sample, &Footprint)| {
         let sampled: f64 = footprint.weights().map(|(texel, w)| w * f64::from(texels[texel])).sum();
-        sample.rank == Rank::Dominant && (sampled - sample.height).abs() > exactness.allowed() * span
+        sample.rank == Rank::Dominant && (sampled - sample.height).abs() > exactness.allowed() * span + rounding
     };
     Ok(samples.iter().zip(&footprints).filter(|pair| missed(*pair)).count())
 }

@@ -56,7 +56,11 @@ mod tests {
             for line in vertex_of {
                 let height = map.height_at(Place::Texel(line), Weights::Exact).to_bits();
                 for weights in [Weights::Exact, Weights::EightBits] {
-                    assert_eq!(map.height_at(Place::Uv(uv(line, size)), weights).to_bits(), height, "{line} of {lines}");
+                    assert_eq!(
+                        map.height_at(Place::Uv(uv(line, size)), weights).to_bits(),
+                        height,
+                        "{line} of {lines}"
+                    );
                 }
             }
         }

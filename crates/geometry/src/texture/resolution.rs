@@ -198,7 +198,13 @@ mod tests {
         let spacing = Spacing::new(&atlas);
         assert_eq!(spacing.choose(&sides(LARGEST_SIDE)).side, 64);
         let choice = spacing
-            .choose_exact(&atlas, &[heights], &sides(LARGEST_SIDE), Exactness { quantum: 1.0 / 65535.0, tolerance: 1.0 }, &Silent)
+            .choose_exact(
+                &atlas,
+                &[heights],
+                &sides(LARGEST_SIDE),
+                Exactness { quantum: 1.0 / 65535.0, tolerance: 1.0 },
+                &Silent,
+            )
             .unwrap();
         assert!(choice.side > 64 && choice.reason == Reason::Exact, "{choice}");
     }
