@@ -1,0 +1,138 @@
+"""Baked meshes for the client tests: what was written, and where `planish apply` puts the vertices."""
+
+import functools
+import json
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import obj
+from conftest import REPO, SHARED
+
+DUCK = REPO / "data" / "duck_noisy.obj"
+SPOT = SHARED / "data" / "spot_n0.2_noisy.obj"
+
+
+@dataclass
+class Bake:
+    """The files that `planish bake` wrote, and what they say."""
+
+    folder: Path
+    name: str
+    manifest: dict
+    # Of the source, #V x 3.
+    positions: np.ndarray
+    # Displaced with the manifest's lambda, #V x 3.
+    places: np.ndarray
+    # Of the carrier's triangles, polygons as fans: index of `v` and of `vt`, in the order of the file. #C x 2.
+    corners: np.ndarray
+    # Of the carrier, #VT x 2.
+    uvs: np.ndarray
+
+    @property
+    def map(self):
+        return self.manifest["displacement"]
+
+    @property
+    def carrier(self):
+        return self.folder / self.manifest["carrier"]["obj"]
+
+    @property
+    def range(self):
+        """R: what the map can hold, model units."""
+        return self.map["scale"]
+
+    @property
+    def ulp(self):
+        """What a client in single precision may lose by rounding once: a unit in the last place."""
+        return float(np.spacing(np.float32(np.abs(self.positions).max())))
+
+    @functools.cached_property
+    def texels(self):
+        """Index of the `vt` that each vertex samples at, #V; -1 without one."""
+        result = np.full(len(self.positions), -1)
+        result[self.corners[::-1, 0]] = self.corners[::-1, 1]
+        for vertex, uv in self.manifest["dominant_uv"]["seam_vertices"]:
+            result[vertex - 1] = uv - 1
+        return result
+
+    @functools.cached_property
+    def seam(self):
+        """Whether each vertex has several texture coordinates, #V."""
+        pairs = np.unique(self.corners, axis=0)
+        return np.bincount(pairs[:, 0], minlength=len(self.positions)) > 1
+
+    def vertices_at(self, places):
+        """Index of a source vertex at each of these places (n x 3, rounded to single precision); all that lie at the
+        same one are displaced alike."""
+        rounded = self.positions.astype("f4")
+        index = {p.tobytes(): i for i, p in enumerate(rounded)}
+        return np.array([index[p.tobytes()] for p in np.ascontiguousarray(places, dtype="f4")])
+
+    @property
+    def glb(self):
+        paths = sorted(self.folder.glob("*.glb"))
+        if not paths:
+            pytest.skip("this planish writes no .glb")
+        return paths[0]
+
+
+def fans(polygons):
+    """Corners of the triangles that each polygon is cut into, from its first corner."""
+    return [f[k] for f in polygons for i in range(1, len(f) - 1) for k in (0, i, i + 1)]
+
+
+def read_corners(path):
+    """Index of `v` and of `vt` of the triangles' corners (#C x 2), and the texture coordinates (#VT x 2)."""
+    uvs, polygons = [], []
+    for line in path.read_text(encoding="utf-8").splitlines():
+        key, *words = line.split() or [""]
+        if key == "vt":
+            uvs.append([float(word) for word in words[:2]])
+        elif key == "f":
+            polygons.append([[int(part or 0) - 1 for part in (word + "/0").split("/")[:2]] for word in words])
+    return np.array(fans(polygons)), np.array(uvs).reshape(-1, 2)
+
+
+def without_uvs(path, folder):
+    """A copy of a mesh that has lost its texture coordinates, and with them the use of its materials."""
+    copy = folder / f"bare_{path.name}"
+    with open(copy, "w", encoding="utf-8") as out:
+        for line in path.read_text(encoding="utf-8").splitlines():
+            key, *words = line.split() or [""]
+            if key == "f":
+                line = " ".join(["f", *(word.split("/")[0] for word in words)])
+            if key not in ("vt", "vn", "mtllib", "usemtl"):
+                print(line, file=out)
+    return copy
+
+
+def bake(planish, mesh, folder, *options):
+    """Bakes a mesh into a folder and applies the map."""
+    if not mesh.is_file():
+        pytest.skip(f"no {mesh.name}")
+    if "--layout" in options and "--layout" not in explained(planish):
+        pytest.skip("this planish has no --layout")
+    run = functools.partial(subprocess.run, check=True, capture_output=True)
+    run([planish, "bake", mesh, "-o", folder, *options])
+    (path,) = folder.glob("*.planish.json")
+    manifest = json.loads(path.read_text(encoding="utf-8"))
+    run([planish, "apply", path, "-o", folder / "applied.obj"])
+    corners, uvs = read_corners(folder / manifest["carrier"]["obj"])
+    return Bake(
+        folder=folder,
+        name=path.name.removesuffix(".planish.json"),
+        manifest=manifest,
+        positions=obj.read(mesh)[0],
+        places=obj.read(folder / "applied.obj")[0],
+        corners=corners,
+        uvs=uvs,
+    )
+
+
+@functools.cache
+def explained(planish):
+    return subprocess.run([planish, "help", "bake"], check=True, capture_output=True, text=True).stdout

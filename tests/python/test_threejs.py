@@ -1,0 +1,139 @@
+"""three.js in Chromium: its own vertex shader puts every vertex where `planish apply` does.
+
+The snippets of docs/clients.md load the files. What is read back is `transformed` at the end of the vertex shader that
+three.js made for the material."""
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from baked import DUCK, SPOT, bake, without_uvs
+from clients import figures, in_browser, numbers, picture
+
+# Of the range: filters interpolate with rounded weights, and p + n h is rounded in another order than by `apply`.
+EXACT = 2e-6
+
+
+@pytest.fixture(scope="module")
+def baked(planish, tmp_path_factory):
+    """Bakes each case once."""
+    done = {}
+
+    def make(mesh, uvs, *options):
+        key = (mesh, uvs, options)
+        if key not in done:
+            folder = tmp_path_factory.mktemp(mesh.stem)
+            source = mesh if uvs == "uvs" or not mesh.is_file() else without_uvs(mesh, folder)
+            done[key] = bake(planish, source, folder, *options)
+        return done[key]
+
+    return make
+
+
+def looked_at(path):
+    """The three views are no empty pictures, and displacing changes what is seen."""
+    with Image.open(path) as image:
+        grey = np.asarray(image.convert("L"), dtype=float)
+    noisy, flat, smooth = np.split(grey, 3, axis=1)
+    assert min(view.std() for view in (noisy, flat, smooth)) > 10, path
+    roughness = [np.abs(np.diff(view, axis=1)).mean() for view in (noisy, flat)]
+    assert roughness[1] < 0.9 * roughness[0], path
+
+
+def shown(name, case, call, parameters, code, tmp_path):
+    """Runs a snippet; gives for each of its meshes the vertices at rest and displaced, and its materials."""
+    settings = case.manifest["clients"]["threejs"]
+    arguments = {
+        "call": call,
+        "parameters": parameters,
+        "settings": {"scale": settings["displacementScale"], "bias": settings["displacementBias"]},
+    }
+    path = picture(name, tmp_path)
+    meshes = in_browser("threejs.js", arguments, case.folder, tmp_path, path, code)
+    looked_at(path)
+    return [(numbers(mesh["rest"]), numbers(mesh["displaced"]), mesh["materials"]) for mesh in meshes]
+
+
+def errors(displaced, expected, case):
+    return np.abs(displaced - expected).max(axis=1) / case.range
+
+
+def filtered(case):
+    """What linear filtering adds to EXACT: texture coordinates times the size are rounded to single precision, and
+    neighbouring texels may be a range apart."""
+    return 0 if case.map["layout"] == "vertex" else 2 * max(case.map["width"], case.map["height"]) * 2**-24
+
+
+EXR = ("--bits", "32")
+VERTEX = ("--layout", "vertex")
+# Browsers cut 16 bits to 8 on loading a PNG.
+CUT = 1 / 255
+# Of an 8-bit map, filters round the weights to 8 bits too.
+ROUND = 0.5 / 255
+# The last number is the bound at seams. OBJLoader knows one texture coordinate only, so each wedge samples at its own;
+# the bake sees to those too, as far as the layout has texels for it. That of spot crowds some.
+CARRIERS = [
+    pytest.param(DUCK, "uvs", EXR, EXACT, EXACT, id="duck-uv-32"),
+    pytest.param(DUCK, "uvs", ("--bits", "8"), ROUND, 2 * ROUND, id="duck-uv-8"),
+    pytest.param(SPOT, "uvs", EXR, EXACT, 0.25, id="spot-uv-32"),
+    pytest.param(SPOT, "uvs", ("--bits", "16"), CUT, 0.25, id="spot-uv-16"),
+    pytest.param(DUCK, "bare", (*VERTEX, *EXR), EXACT, EXACT, id="duck-vertex-32"),
+    pytest.param(DUCK, "bare", (*VERTEX, "--bits", "8"), EXACT, EXACT, id="duck-vertex-8"),
+    pytest.param(DUCK, "bare", (*VERTEX, "--bits", "16"), CUT, CUT, id="duck-vertex-16"),
+]
+
+
+@pytest.mark.parametrize("mesh, uvs, options, bound, at_seams", CARRIERS)
+def test_carrier(mesh, uvs, options, bound, at_seams, baked, tmp_path, request):
+    case = baked(mesh, uvs, *options)
+    name = f"threejs-{request.node.callspec.id}"
+    meshes = shown(name, case, "loadCarrier", ["/files/", case.name], "threejs-obj", tmp_path)
+    settings = case.manifest["clients"]["threejs"]
+    for _, _, materials in meshes:
+        assert all(material == settings for material in materials)
+    rest = np.concatenate([mesh[0] for mesh in meshes])
+    displaced = np.concatenate([mesh[1] for mesh in meshes])
+    # OBJLoader makes a vertex of every corner of every triangle.
+    vertex, uv = case.corners.T
+    assert np.array_equal(rest, case.positions[vertex].astype("f4"))
+
+    error = errors(displaced, case.places[vertex], case)
+    dominant = case.texels[vertex] == uv
+    rounding = filtered(case) + case.ulp / case.range
+    figures(name, all=error, dominant=error[dominant])
+    assert error[dominant].max() <= bound + rounding
+    assert error.max() <= at_seams + rounding
+
+
+GLTFS = [
+    pytest.param(DUCK, "uvs", EXR, EXACT, id="duck-uv-32"),
+    pytest.param(SPOT, "uvs", EXR, EXACT, id="spot-uv-32"),
+    pytest.param(DUCK, "uvs", (*VERTEX, *EXR), EXACT, id="duck-vertex-32"),
+    pytest.param(DUCK, "uvs", (*VERTEX, "--bits", "8"), EXACT, id="duck-vertex-8"),
+    pytest.param(DUCK, "bare", (*VERTEX, *EXR), EXACT, id="bare-vertex-32"),
+]
+
+
+@pytest.mark.parametrize("mesh, uvs, options, bound", GLTFS)
+def test_gltf_map(mesh, uvs, options, bound, baked, tmp_path, request):
+    """All vertices exactly, those at seams too: TEXCOORD_1 is where the vertex samples."""
+    case = baked(mesh, uvs, *options)
+    name = f"threejs-gltf-{request.node.callspec.id}"
+    parameters = [f"/files/{case.glb.name}", case.map["lambda"]]
+    for rest, displaced, materials in shown(name, case, "loadDisplaced", parameters, "threejs-gltf", tmp_path):
+        error = errors(displaced, case.places[case.vertices_at(rest)], case)
+        figures(name, all=error)
+        assert materials == [case.manifest["clients"]["threejs"]]
+        assert error.max() <= bound + filtered(case) + case.ulp / case.range
+
+
+@pytest.mark.parametrize("mesh, uvs, options", [pytest.param(DUCK, "uvs", EXR, id="duck"), (SPOT, "uvs", EXR)])
+def test_gltf_morph(mesh, uvs, options, baked, tmp_path, request):
+    case = baked(mesh, uvs, *options)
+    name = f"threejs-morph-{mesh.stem}"
+    parameters = [f"/files/{case.glb.name}", 1]
+    for rest, displaced, _ in shown(name, case, "loadMorphed", parameters, "threejs-morph", tmp_path):
+        error = errors(displaced, case.places[case.vertices_at(rest)], case)
+        figures(name, all=error)
+        # The offset is rounded to single precision, and so is the sum.
+        assert error.max() <= EXACT + case.ulp / case.range
