@@ -1,7 +1,6 @@
 """The client programs: where they are, what to do without them, and the snippets of docs/clients.md that they run."""
 
 import base64
-import functools
 import json
 import os
 import re
@@ -98,8 +97,3 @@ def in_browser(module, arguments, files, tmp_path, screenshot=None, code=None):
     result = json.loads((tmp_path / "result.json").read_text(encoding="utf-8"))
     assert result["complaints"] == []
     return result["returned"]
-
-
-@functools.cache
-def blender():
-    return program("blender")

@@ -7,27 +7,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from baked import DUCK, SPOT, bake, without_uvs
+from baked import DUCK, SPOT
 from clients import figures, in_browser, numbers, picture
 
 # Of the range: filters interpolate with rounded weights, and p + n h is rounded in another order than by `apply`.
 EXACT = 2e-6
-
-
-@pytest.fixture(scope="module")
-def baked(planish, tmp_path_factory):
-    """Bakes each case once."""
-    done = {}
-
-    def make(mesh, uvs, *options):
-        key = (mesh, uvs, options)
-        if key not in done:
-            folder = tmp_path_factory.mktemp(mesh.stem)
-            source = mesh if uvs == "uvs" or not mesh.is_file() else without_uvs(mesh, folder)
-            done[key] = bake(planish, source, folder, *options)
-        return done[key]
-
-    return make
 
 
 def looked_at(path):
@@ -52,16 +36,6 @@ def shown(name, case, call, parameters, code, tmp_path):
     meshes = in_browser("threejs.js", arguments, case.folder, tmp_path, path, code)
     looked_at(path)
     return [(numbers(mesh["rest"]), numbers(mesh["displaced"]), mesh["materials"]) for mesh in meshes]
-
-
-def errors(displaced, expected, case):
-    return np.abs(displaced - expected).max(axis=1) / case.range
-
-
-def filtered(case):
-    """What linear filtering adds to EXACT: texture coordinates times the size are rounded to single precision, and
-    neighbouring texels may be a range apart."""
-    return 0 if case.map["layout"] == "vertex" else 2 * max(case.map["width"], case.map["height"]) * 2**-24
 
 
 EXR = ("--bits", "32")
@@ -97,9 +71,9 @@ def test_carrier(mesh, uvs, options, bound, at_seams, baked, tmp_path, request):
     vertex, uv = case.corners.T
     assert np.array_equal(rest, case.positions[vertex].astype("f4"))
 
-    error = errors(displaced, case.places[vertex], case)
+    error = case.errors(displaced, case.places[vertex])
     dominant = case.texels[vertex] == uv
-    rounding = filtered(case) + case.ulp / case.range
+    rounding = case.filtered + case.ulp / case.range
     figures(name, all=error, dominant=error[dominant])
     assert error[dominant].max() <= bound + rounding
     assert error.max() <= at_seams + rounding
@@ -121,10 +95,10 @@ def test_gltf_map(mesh, uvs, options, bound, baked, tmp_path, request):
     name = f"threejs-gltf-{request.node.callspec.id}"
     parameters = [f"/files/{case.glb.name}", case.map["lambda"]]
     for rest, displaced, materials in shown(name, case, "loadDisplaced", parameters, "threejs-gltf", tmp_path):
-        error = errors(displaced, case.places[case.vertices_at(rest)], case)
+        error = case.errors(displaced, case.places[case.vertices_at(rest)])
         figures(name, all=error)
         assert materials == [case.manifest["clients"]["threejs"]]
-        assert error.max() <= bound + filtered(case) + case.ulp / case.range
+        assert error.max() <= bound + case.filtered + case.ulp / case.range
 
 
 @pytest.mark.parametrize("mesh, uvs, options", [pytest.param(DUCK, "uvs", EXR, id="duck"), (SPOT, "uvs", EXR)])
@@ -133,7 +107,7 @@ def test_gltf_morph(mesh, uvs, options, baked, tmp_path, request):
     name = f"threejs-morph-{mesh.stem}"
     parameters = [f"/files/{case.glb.name}", 1]
     for rest, displaced, _ in shown(name, case, "loadMorphed", parameters, "threejs-morph", tmp_path):
-        error = errors(displaced, case.places[case.vertices_at(rest)], case)
+        error = case.errors(displaced, case.places[case.vertices_at(rest)])
         figures(name, all=error)
         # The offset is rounded to single precision, and so is the sum.
         assert error.max() <= EXACT + case.ulp / case.range
