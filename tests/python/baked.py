@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import OpenEXR
 import pytest
+from PIL import Image
 
 import obj
 from conftest import REPO, SHARED
@@ -31,6 +33,8 @@ class Bake:
     corners: np.ndarray
     # Of the carrier, #VT x 2.
     uvs: np.ndarray
+    # Of the carrier, #V x 3.
+    normals: np.ndarray
 
     @property
     def map(self):
@@ -75,6 +79,25 @@ class Bake:
         pairs = np.unique(self.corners, axis=0)
         return np.bincount(pairs[:, 0], minlength=len(self.positions)) > 1
 
+    @functools.cached_property
+    def sampled_at(self):
+        """The texture coordinate, v up, that each vertex samples at (#V x 2), in single precision."""
+        if self.map["layout"] == "uv":
+            return self.uvs[self.texels].astype("f4")
+        row, column = np.divmod(np.arange(len(self.positions)), self.map["width"])
+        centres = np.stack([(column + 0.5) / self.map["width"], 1 - (row + 0.5) / self.map["height"]], axis=1)
+        return centres.astype("f4")
+
+    @functools.cached_property
+    def image(self):
+        """The texels as a shader gets them, row 0 on top, in single precision."""
+        path = self.folder / self.map["file"]
+        if path.suffix == ".exr":
+            return OpenEXR.File(str(path)).channels()["Y"].pixels
+        with Image.open(path) as image:
+            texels = np.asarray(image)
+        return texels.astype("f4") / np.float32(2 ** self.map["bits"] - 1)
+
     def vertices_at(self, places):
         """Index of a source vertex at each of these places (n x 3, rounded to single precision); all that lie at the
         same one are displaced alike."""
@@ -107,6 +130,12 @@ def read_corners(path):
     return np.array(fans(polygons)), np.array(uvs).reshape(-1, 2)
 
 
+def read_normals(path):
+    """The `vn` lines, n x 3."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    return np.array([line.split()[1:4] for line in lines if line.startswith("vn ")], dtype=float)
+
+
 def without_uvs(path, folder):
     """A copy of a mesh that has lost its texture coordinates, and with them the use of its materials."""
     copy = folder / f"bare_{path.name}"
@@ -129,7 +158,8 @@ def bake(planish, mesh, folder, *options):
     (path,) = folder.glob("*.planish.json")
     manifest = json.loads(path.read_text(encoding="utf-8"))
     run([planish, "apply", path, "-o", folder / "applied.obj"])
-    corners, uvs = read_corners(folder / manifest["carrier"]["obj"])
+    carrier = folder / manifest["carrier"]["obj"]
+    corners, uvs = read_corners(carrier)
     return Bake(
         folder=folder,
         name=path.name.removesuffix(".planish.json"),
@@ -138,6 +168,7 @@ def bake(planish, mesh, folder, *options):
         places=obj.read(folder / "applied.obj")[0],
         corners=corners,
         uvs=uvs,
+        normals=read_normals(carrier),
     )
 
 
