@@ -16,6 +16,8 @@ from conftest import REPO, SHARED
 
 DUCK = REPO / "data" / "duck_noisy.obj"
 SPOT = SHARED / "data" / "spot_n0.2_noisy.obj"
+# Exit code for options that it does not have.
+USAGE = 2
 
 
 @dataclass
@@ -91,12 +93,21 @@ class Bake:
     @functools.cached_property
     def image(self):
         """The texels as a shader gets them, row 0 on top, in single precision."""
-        path = self.folder / self.map["file"]
-        if path.suffix == ".exr":
-            return OpenEXR.File(str(path)).channels()["Y"].pixels
-        with Image.open(path) as image:
-            texels = np.asarray(image)
-        return texels.astype("f4") / np.float32(2 ** self.map["bits"] - 1)
+        return read_image(self.folder / self.map["file"])
+
+    @functools.cached_property
+    def bilinear(self):
+        """Heights at the vertices from their definition, #V; only the place where to sample is rounded to single
+        precision."""
+        size = np.array([self.map["width"], self.map["height"]])
+        uv = self.sampled_at * np.float32([1, -1]) + np.float32([0, 1])
+        place = uv * size.astype("f4") - np.float32(0.5)
+        low = np.floor(place)
+        weight = (place - low).astype(float)
+        (x0, y0), (x1, y1) = (np.clip(low + step, 0, size - 1).astype(int).T for step in (0, 1))
+        texels = self.image.astype(float)
+        top, bottom = ((1 - weight[:, 0]) * texels[y, x0] + weight[:, 0] * texels[y, x1] for y in (y0, y1))
+        return self.map["bias"] + self.map["scale"] * ((1 - weight[:, 1]) * top + weight[:, 1] * bottom)
 
     def vertices_at(self, places):
         """Index of a source vertex at each of these places (n x 3, rounded to single precision); all that lie at the
@@ -111,6 +122,18 @@ class Bake:
         if not paths:
             pytest.skip("this planish writes no .glb")
         return paths[0]
+
+
+def read_image(path):
+    """Texels of a grey image, whole numbers as shares of the largest, in single precision."""
+    if path.suffix == ".exr":
+        texels = OpenEXR.File(str(path)).channels()["Y"].pixels
+    else:
+        with Image.open(path) as image:
+            texels = np.asarray(image)
+    if texels.dtype.kind == "f":
+        return texels.astype("f4")
+    return texels.astype("f4") / np.float32(np.iinfo(texels.dtype).max)
 
 
 def fans(polygons):
@@ -151,13 +174,13 @@ def without_uvs(path, folder):
 
 def bake(planish, mesh, folder, *options):
     """Bakes a mesh into a folder and applies the map."""
-    if "--layout" in options and "--layout" not in explained(planish):
-        pytest.skip("this planish has no --layout")
-    run = functools.partial(subprocess.run, check=True, capture_output=True)
-    run([planish, "bake", mesh, "-o", folder, *options])
+    done = subprocess.run([planish, "bake", mesh, "-o", folder, *options], capture_output=True, text=True)
+    if done.returncode == USAGE:
+        pytest.skip(f"this planish has no {' '.join(options)}")
+    assert done.returncode == 0, done.stderr
     (path,) = folder.glob("*.planish.json")
     manifest = json.loads(path.read_text(encoding="utf-8"))
-    run([planish, "apply", path, "-o", folder / "applied.obj"])
+    subprocess.run([planish, "apply", path, "-o", folder / "applied.obj"], check=True, capture_output=True)
     carrier = folder / manifest["carrier"]["obj"]
     corners, uvs = read_corners(carrier)
     return Bake(
@@ -170,8 +193,3 @@ def bake(planish, mesh, folder, *options):
         uvs=uvs,
         normals=read_normals(carrier),
     )
-
-
-@functools.cache
-def explained(planish):
-    return subprocess.run([planish, "help", "bake"], check=True, capture_output=True, text=True).stdout

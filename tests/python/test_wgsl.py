@@ -92,19 +92,6 @@ def displaced(device, case, code, place, height):
     return results[:, :3], results[:, 3]
 
 
-def bilinear(case):
-    """Heights from the definition; only where to sample is rounded to single precision."""
-    size = np.array([case.map["width"], case.map["height"]])
-    uv = case.sampled_at * np.float32([1, -1]) + np.float32([0, 1])
-    place = uv * size.astype("f4") - np.float32(0.5)
-    low = np.floor(place)
-    weight = (place - low).astype(float)
-    (x0, y0), (x1, y1) = (np.clip(low + step, 0, size - 1).astype(int).T for step in (0, 1))
-    texels = case.image.astype(float)
-    top, bottom = ((1 - weight[:, 0]) * texels[y, x0] + weight[:, 0] * texels[y, x1] for y in (y0, y1))
-    return case.map["bias"] + case.map["scale"] * ((1 - weight[:, 1]) * top + weight[:, 1] * bottom)
-
-
 CASES = [
     pytest.param(DUCK, "uvs", ("--bits", "16"), id="duck-uv-16"),
     pytest.param(SPOT, "uvs", ("--bits", "32"), id="spot-uv-32"),
@@ -121,7 +108,7 @@ def test_displace(mesh, uvs, options, device, baked, request):
         device, case, code, "displaced_position(v.position, v.normal, v.uv)", "height_at(v.uv)"
     )
     apart = case.errors(places, case.places)
-    off = np.abs(heights - bilinear(case)) / case.range
+    off = np.abs(heights - case.bilinear) / case.range
     figures(f"wgsl-{request.node.callspec.id}", positions=apart, heights=off)
     assert off.max() <= EXACT
     # A fused sum may round the position the other way.
