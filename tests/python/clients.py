@@ -42,15 +42,20 @@ def package(name):
 
 def snippet(name):
     """The code of docs/clients.md that stands under <!-- snippet: NAME -->."""
-    text = PAGE.read_text(encoding="utf-8")
-    found = re.findall(rf"<!-- snippet: {re.escape(name)} -->\n```\w+\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+    block = rf"<!-- snippet: {re.escape(name)} -->\n```\w+\n(.*?)^```$"
+    found = re.findall(block, PAGE.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
     assert len(found) == 1, f"docs/clients.md has {len(found)} snippets {name}"
     return found[0]
 
 
-def numbers(text):
+def numbers(encoded):
     """What `base64` in numbers.js wrote: n x 3."""
-    return np.frombuffer(base64.b64decode(text), dtype="<f4").reshape(-1, 3).astype(float)
+    return np.frombuffer(base64.b64decode(encoded), dtype="<f4").reshape(-1, 3).astype(float)
+
+
+def text(array):
+    """Numbers as `floats` in numbers.js reads them."""
+    return base64.b64encode(np.ascontiguousarray(array, dtype="<f4").tobytes()).decode()
 
 
 def picture(name, tmp_path):
