@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from baked import DUCK, SPOT
-from clients import figures
+from clients import figures, missing
 
 FLOAT = 2.0**-23
 CARRIERS = [
@@ -21,7 +21,10 @@ def in_order(rows):
 
 @pytest.mark.parametrize("mesh, uvs, options", CARRIERS)
 def test_pymeshlab(mesh, uvs, options, baked):
-    pymeshlab = pytest.importorskip("pymeshlab", reason="PyMeshLab has no wheel for this machine")
+    try:
+        import pymeshlab
+    except ImportError as error:
+        missing(f"PyMeshLab cannot be loaded: {error}")
     case = baked(mesh, uvs, *options)
     # A mesh lives only as long as the set that it belongs to.
     meshes = pymeshlab.MeshSet(verbose=False)
