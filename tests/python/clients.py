@@ -1,6 +1,8 @@
 """The client programs: where they are, what to do without them, and the snippets of docs/clients.md that they run."""
 
+import atexit
 import base64
+import functools
 import json
 import os
 import re
@@ -76,29 +78,34 @@ def execute(command, **options):
     return done.stdout
 
 
+@functools.cache
+def browser():
+    """A process that runs jobs in Chromium until the tests end."""
+    node, chromium = program("node"), program("chromium", "chromium-browser", "google-chrome")
+    package("playwright-core")
+    package("three")
+    command = [node, SCRIPTS / "browser.mjs", chromium]
+    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    atexit.register(process.communicate)
+    return process
+
+
 def in_browser(module, arguments, files, tmp_path, screenshot=None, code=None):
     """What `run(arguments)` of a module in tests/clients returns in Chromium.
 
     The page finds `files` under /files/ and the snippet named `code` as /snippet/code.js."""
-    node, chromium = program("node"), program("chromium", "chromium-browser", "google-chrome")
-    package("playwright-core")
-    package("three")
+    process = browser()
     (tmp_path / "code.js").write_text(snippet(code), encoding="utf-8")
+    folders = {"clients": SCRIPTS, "modules": SCRIPTS / "node_modules", "files": files, "snippet": tmp_path}
     job = {
-        "chromium": chromium,
-        "folders": {
-            "clients": str(SCRIPTS),
-            "modules": str(SCRIPTS / "node_modules"),
-            "files": str(files),
-            "snippet": str(tmp_path),
-        },
+        "folders": {name: str(folder) for name, folder in folders.items()},
         "module": f"/clients/{module}",
         "arguments": {"snippet": "/snippet/code.js", **arguments},
         "result": str(tmp_path / "result.json"),
         "screenshot": screenshot,
     }
     (tmp_path / "job.json").write_text(json.dumps(job), encoding="utf-8")
-    execute([node, SCRIPTS / "browser.mjs", tmp_path / "job.json"])
-    result = json.loads((tmp_path / "result.json").read_text(encoding="utf-8"))
-    assert result["complaints"] == []
-    return result["returned"]
+    print(tmp_path / "job.json", file=process.stdin, flush=True)
+    complaint = json.loads(process.stdout.readline() or '"the browser is gone"')
+    assert not complaint, complaint
+    return json.loads((tmp_path / "result.json").read_text(encoding="utf-8"))
