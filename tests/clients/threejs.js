@@ -16,7 +16,7 @@ export async function run({ snippet, call, parameters, settings }) {
   const results = meshes.map((mesh) => ({
     rest: base64(mesh.geometry.attributes.position.array),
     displaced: base64(displaced(renderer, mesh)),
-    materials: materials(mesh).map(({ displacementScale, displacementBias }) => ({ displacementScale, displacementBias })),
+    materials: materials(mesh).map(settingsOf),
   }));
   draw(renderer, object, meshes, settings);
   return results;
@@ -24,6 +24,10 @@ export async function run({ snippet, call, parameters, settings }) {
 
 function materials(mesh) {
   return [mesh.material].flat();
+}
+
+function settingsOf({ displacementScale, displacementBias }) {
+  return { displacementScale, displacementBias };
 }
 
 /// MTLLoader gives materials back before their textures are there.
@@ -90,7 +94,8 @@ function draw(renderer, object, meshes, { scale, bias }) {
   scene.background = new THREE.Color(0xd8dde4);
   const sphere = new THREE.Box3().setFromObject(object).getBoundingSphere(new THREE.Sphere());
   const camera = new THREE.PerspectiveCamera(35, 1, sphere.radius / 10, sphere.radius * 10);
-  camera.position.copy(sphere.center).addScaledVector(new THREE.Vector3(-0.6, 0.4, -1).normalize(), sphere.radius * 3.4);
+  const towards = new THREE.Vector3(-0.6, 0.4, -1).normalize();
+  camera.position.copy(sphere.center).addScaledVector(towards, sphere.radius * 3.4);
   camera.lookAt(sphere.center);
   const sun = new THREE.DirectionalLight(0xffffff, 2.5);
   sun.position.copy(camera.position).add(new THREE.Vector3(sphere.radius, sphere.radius, 0));

@@ -50,7 +50,7 @@ def accessor(document, binary, index):
 
 @pytest.mark.parametrize("mesh, uvs, options", CASES)
 def test_validator(mesh, uvs, options, baked):
-    """Khronos' own. What it says of objects that nothing in glTF uses, such as the map in the extras, is information."""
+    """Khronos' own. Of the map in the extras it says that nothing in glTF uses it, as information."""
     node = program("node")
     package("gltf-validator")
     case = baked(mesh, uvs, *options)

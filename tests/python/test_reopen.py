@@ -1,4 +1,4 @@
-"""Other programs open what was written and find it whole: meshes in trimesh and PyMeshLab, images in Pillow and OpenEXR."""
+"""Other programs find whole what was written: meshes in trimesh and PyMeshLab, images in Pillow and OpenEXR."""
 
 import numpy as np
 import pytest

@@ -58,9 +58,7 @@ def computed(device, code, vertices, texels, parameters):
     def buffer(data, usage):
         return {"buffer": device.create_buffer_with_data(data=data, usage=usage)}
 
-    results = device.create_buffer(
-        size=16 * len(vertices), usage=wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.COPY_SRC
-    )
+    results = device.create_buffer(size=16 * len(vertices), usage=wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.COPY_SRC)
     groups = [
         [buffer(vertices.tobytes(), wgpu.BufferUsage.STORAGE), {"buffer": results}],
         [texture.create_view(), buffer(np.array(parameters, dtype="f4"), wgpu.BufferUsage.UNIFORM)],
@@ -104,9 +102,7 @@ def test_displace(mesh, uvs, options, device, baked, request):
     """shaders/displace.wgsl"""
     case = baked(mesh, uvs, *options)
     code = (REPO / "shaders" / "displace.wgsl").read_text(encoding="utf-8")
-    places, heights = displaced(
-        device, case, code, "displaced_position(v.position, v.normal, v.uv)", "height_at(v.uv)"
-    )
+    places, heights = displaced(device, case, code, "displaced_position(v.position, v.normal, v.uv)", "height_at(v.uv)")
     apart = case.errors(places, case.places)
     off = np.abs(heights - case.bilinear) / case.range
     figures(f"wgsl-{request.node.callspec.id}", positions=apart, heights=off)
