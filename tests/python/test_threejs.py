@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from baked import DUCK, SPOT
+from baked import CROWDED, DUCK, SPOT
 from clients import figures, in_browser, numbers, picture
 
 # Of the range: filters interpolate with rounded weights, and p + n h is rounded in another order than by `apply`.
@@ -42,22 +42,22 @@ EXR = ("--bits", "32")
 VERTEX = ("--layout", "vertex")
 # Browsers cut 16 bits to 8 on loading a PNG.
 CUT = 1 / 255
-# The last number is the bound at seams. OBJLoader knows one texture coordinate only, so each wedge samples at its own;
-# the bake sees to those too, as far as the layout has texels for it. That of spot crowds some.
+# Bounds where a vertex samples at its dominant texture coordinate, and elsewhere: OBJLoader knows no dominant ones, so
+# each wedge samples at its own. The last number is the share of these that may be off.
 CARRIERS = [
-    pytest.param(DUCK, "uvs", EXR, EXACT, EXACT, id="duck-uv-32"),
-    pytest.param(DUCK, "uvs", ("--bits", "8"), EXACT, CUT, id="duck-uv-8"),
-    pytest.param(DUCK, "uvs", (*EXR, "--lambda", "0.5"), EXACT, EXACT, id="duck-uv-half"),
-    pytest.param(SPOT, "uvs", EXR, EXACT, 0.25, id="spot-uv-32"),
-    pytest.param(SPOT, "uvs", ("--bits", "16"), CUT, 0.25, id="spot-uv-16"),
-    pytest.param(DUCK, "bare", (*VERTEX, *EXR), EXACT, EXACT, id="duck-vertex-32"),
-    pytest.param(DUCK, "bare", (*VERTEX, "--bits", "8"), EXACT, EXACT, id="duck-vertex-8"),
-    pytest.param(DUCK, "bare", (*VERTEX, "--bits", "16"), CUT, CUT, id="duck-vertex-16"),
+    pytest.param(DUCK, "uvs", EXR, EXACT, EXACT, 0, id="duck-uv-32"),
+    pytest.param(DUCK, "uvs", ("--bits", "8"), EXACT, CUT, 0, id="duck-uv-8"),
+    pytest.param(DUCK, "uvs", (*EXR, "--lambda", "0.5"), EXACT, EXACT, 0, id="duck-uv-half"),
+    pytest.param(SPOT, "uvs", EXR, EXACT, EXACT, CROWDED, id="spot-uv-32"),
+    pytest.param(SPOT, "uvs", ("--bits", "16"), CUT, CUT, CROWDED, id="spot-uv-16"),
+    pytest.param(DUCK, "bare", (*VERTEX, *EXR), EXACT, EXACT, 0, id="duck-vertex-32"),
+    pytest.param(DUCK, "bare", (*VERTEX, "--bits", "8"), EXACT, EXACT, 0, id="duck-vertex-8"),
+    pytest.param(DUCK, "bare", (*VERTEX, "--bits", "16"), CUT, CUT, 0, id="duck-vertex-16"),
 ]
 
 
-@pytest.mark.parametrize("mesh, uvs, options, bound, at_seams", CARRIERS)
-def test_carrier(mesh, uvs, options, bound, at_seams, baked, tmp_path, request):
+@pytest.mark.parametrize("mesh, uvs, options, bound, elsewhere, crowded", CARRIERS)
+def test_carrier(mesh, uvs, options, bound, elsewhere, crowded, baked, tmp_path, request):
     case = baked(mesh, uvs, *options)
     name = f"threejs-{request.node.callspec.id}"
     meshes = shown(name, case, "loadCarrier", ["/files/", case.name], "threejs-obj", tmp_path)
@@ -75,7 +75,7 @@ def test_carrier(mesh, uvs, options, bound, at_seams, baked, tmp_path, request):
     rounding = case.filtered + case.ulp / case.range
     figures(name, all=error, dominant=error[dominant])
     assert error[dominant].max() <= bound + rounding
-    assert error.max() <= at_seams + rounding
+    assert np.count_nonzero(error[~dominant] > elsewhere + rounding) <= crowded * np.count_nonzero(~dominant)
 
 
 GLTFS = [
