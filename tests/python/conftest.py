@@ -37,6 +37,27 @@ def planish_quantities():
     return quantities
 
 
+@pytest.fixture(scope="session")
+def baked(planish, tmp_path_factory):
+    """A function of a mesh file, "uvs" or "bare" (without its texture coordinates) and options of `planish bake`; each
+    case is baked once."""
+    # It imports this file.
+    from baked import bake, without_uvs
+
+    done = {}
+
+    def make(mesh, uvs, *options):
+        key = (mesh, uvs, options)
+        if key not in done:
+            if not mesh.is_file():
+                pytest.skip(f"no {mesh.name}")
+            folder = tmp_path_factory.mktemp(mesh.stem)
+            done[key] = bake(planish, mesh if uvs == "uvs" else without_uvs(mesh, folder), folder / "out", *options)
+        return done[key]
+
+    return make
+
+
 def parameters(paths, missing=""):
     """One parameter per path; where there are none, a single one that is skipped and says what is missing."""
     named = [pytest.param(path, id=path.name.split(".obj")[0]) for path in paths]

@@ -1,0 +1,59 @@
+"""Blender: its Displace modifier and the shape key of the .glb put every vertex where `planish apply` does."""
+
+import numpy as np
+import pytest
+
+from baked import CROWDED, DUCK, SPOT
+from clients import SCRIPTS, execute, figures, program, snippet
+
+# Of the range: Blender computes the angle-weighted normals itself, from single precision.
+NORMALS = 5e-5
+
+
+def evaluated(code, call, file, tmp_path):
+    """Positions at rest and evaluated of what a snippet makes of a file, n x 3 each."""
+    blender = program("blender")
+    (tmp_path / "code.py").write_text(snippet(code), encoding="utf-8")
+    out = tmp_path / "positions.f32"
+    script = [blender, "-b", "--factory-startup", "--python", SCRIPTS / "blender.py", "--"]
+    execute([*script, tmp_path / "code.py", call, file, out])
+    return np.fromfile(out, dtype="<f4").reshape(2, -1, 3).astype(float)
+
+
+# The last number is the share of the seam vertices that may be off.
+CASES = [
+    pytest.param(DUCK, "uvs", ("--bits", "16"), 0, id="duck-uv-16"),
+    pytest.param(DUCK, "uvs", ("--bits", "32", "--lambda", "0.5"), 0, id="duck-uv-half"),
+    pytest.param(SPOT, "uvs", ("--bits", "32"), CROWDED, id="spot-uv-32"),
+    pytest.param(DUCK, "uvs", ("--layout", "vertex", "--bits", "32"), 0, id="duck-vertex-32"),
+    pytest.param(DUCK, "bare", ("--layout", "vertex", "--bits", "16"), 0, id="bare-vertex-16"),
+]
+
+
+@pytest.mark.parametrize("mesh, uvs, options, crowded", CASES)
+def test_displace_modifier(mesh, uvs, options, crowded, baked, tmp_path, request):
+    case = baked(mesh, uvs, *options)
+    (manifest,) = case.folder.glob("*.planish.json")
+    rest, displaced = evaluated("blender-displace", "import_displaced", manifest, tmp_path)
+    assert np.array_equal(rest, case.positions.astype("f4")), "the order of the vertices is lost"
+
+    error = case.errors(displaced, case.places)
+    bound = NORMALS + case.filtered
+    figures(f"blender-{request.node.callspec.id}", all=error, away_from_seams=error[~case.seam])
+    assert error[~case.seam].max() <= bound
+    # Blender samples at the texture coordinate of whichever corner comes first.
+    assert np.count_nonzero(error[case.seam] > bound) <= crowded * np.count_nonzero(case.seam)
+
+
+@pytest.mark.parametrize("mesh", [DUCK, SPOT], ids=["duck", "spot"])
+def test_shape_key(mesh, baked, tmp_path):
+    case = baked(mesh, "uvs", "--bits", "32")
+    rest, displaced = (
+        # Blender turns y up into z up: (x, y, z) becomes (x, -z, y).
+        np.stack([p[:, 0], p[:, 2], -p[:, 1]], axis=1)
+        for p in evaluated("blender-morph", "import_morphed", case.glb, tmp_path)
+    )
+    error = case.errors(displaced, case.places[case.vertices_at(rest)])
+    figures(f"blender-morph-{mesh.stem}", all=error)
+    # The offset is rounded to single precision, and so is the sum.
+    assert error.max() <= 2e-6 + case.ulp / case.range
