@@ -83,7 +83,9 @@ def test_contents(mesh, uvs, options, baked):
             assert np.array_equal(case.positions[row * size[0] + column], case.positions[vertex])
         (target,) = primitive["targets"]
         moved = attributes["POSITION"].astype(float) + accessor(document, binary, target["POSITION"])
-        assert case.errors(moved, case.places[vertex]).max() <= case.ulp / case.range
+        # The target holds the denoised surface itself, from which the map is off by what the report says.
+        bound = case.map["lambda"] * case.manifest["report"]["error_bound"] + case.ulp
+        assert case.errors(moved, case.places[vertex]).max() <= bound / case.range
         corners = accessor(document, binary, primitive["indices"]).ravel()
         triangles.append(np.hstack([attributes["POSITION"], attributes["TEXCOORD_0"]])[corners].astype(float))
 

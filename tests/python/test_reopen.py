@@ -62,7 +62,6 @@ FORMATS = [
     ("--bits", "16"),
     ("--bits", "32"),
     ("--format", "exr", "--bits", "16"),
-    ("--format", "tiff", "--bits", "8"),
     ("--format", "tiff", "--bits", "16"),
     ("--format", "tiff", "--bits", "32"),
 ]

@@ -102,7 +102,7 @@ def test_displace(mesh, uvs, options, device, baked, request):
     """shaders/displace.wgsl"""
     case = baked(mesh, uvs, *options)
     code = (REPO / "shaders" / "displace.wgsl").read_text(encoding="utf-8")
-    places, heights = displaced(device, case, code, "displaced_position(v.position, v.normal, v.uv)", "height_at(v.uv)")
+    places, heights = displaced(device, case, code, "displaced_position(v.position, v.normal, height_at(v.uv))", "height_at(v.uv)")
     apart = case.errors(places, case.places)
     off = np.abs(heights - case.bilinear) / case.range
     figures(f"wgsl-{request.node.callspec.id}", positions=apart, heights=off)

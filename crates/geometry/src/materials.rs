@@ -122,10 +122,16 @@ pub struct DisplacementStatement<'a> {
     pub gain: f64,
 }
 
+/// Names of the materials in libraries.
+fn defined(libraries: &[Vec<u8>]) -> Vec<&[u8]> {
+    let lines = libraries.iter().flat_map(|library| library.split(|&b| b == b'\n'));
+    lines.filter_map(|line| Some(line.trim_ascii().strip_prefix(b"newmtl")?.trim_ascii())).collect()
+}
+
 /// A carrier's material library: the user's libraries one after the other, each material with `disp -mm` and `norm`,
 /// its former `disp`, `norm` and `bump` statements left out, and the names of texture files passed through
-/// `relocate`, because the carrier may lie in another folder. Last comes [`Obj::CARRIER_MATERIAL`] where some faces
-/// have none of their own.
+/// `relocate`, because the carrier may lie in another folder. Last come grey ones for those that no library holds, and
+/// [`Obj::CARRIER_MATERIAL`] where some faces have none of their own.
 pub fn carrier_library(
     obj: &Obj,
     libraries: &[Vec<u8>],
@@ -163,11 +169,16 @@ pub fn carrier_library(
             }
         }
     }
-    if obj.extras().faces_without_material == 0 {
-        return out;
+    let extras = obj.extras();
+    let defined = defined(libraries);
+    // Materials whose library is missing, and faces that have none, could not be displaced by a client otherwise.
+    let missing = extras.materials.iter().map(Vec::as_slice).filter(|name| !defined.contains(name));
+    let none = (extras.faces_without_material > 0).then_some(Obj::CARRIER_MATERIAL.as_bytes());
+    for name in missing.chain(none) {
+        out.extend_from_slice(b"newmtl ");
+        out.extend_from_slice(name);
+        out.extend_from_slice(format!("\n{added}Kd 0.8 0.8 0.8\nKs 0.1 0.1 0.1\nNs 20\nillum 2\n").as_bytes());
     }
-    let grey = "Kd 0.8 0.8 0.8\nKs 0.1 0.1 0.1\nNs 20\nillum 2\n";
-    out.extend_from_slice(format!("newmtl {}\n{added}{grey}", Obj::CARRIER_MATERIAL).as_bytes());
     out
 }
 

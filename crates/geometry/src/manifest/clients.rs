@@ -76,13 +76,15 @@ pub struct MinMax {
     pub max: f64,
 }
 
-/// p + n · (texel − centre) · magnitude
+/// p + n · (inverted texel − centre) · magnitude, for a program that knows no negative magnitudes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CentreMagnitude {
-    /// −λ · scale
+    /// λ · scale
     pub magnitude: f64,
-    /// −bias / scale; 0 for a flat map.
+    /// 1 + bias / scale; 1 for a flat map.
     pub center: f64,
+    /// Feed it 1 − texel.
+    pub invert: bool,
 }
 
 impl Clients {
@@ -101,7 +103,7 @@ impl Clients {
                     babylon: Some(ends),
                     blender: blender(BlenderDirection::Normal),
                     mtl: Some(Mtl { base, gain }),
-                    unreal: Some(CentreMagnitude { magnitude: gain, center: middle }),
+                    unreal: Some(CentreMagnitude { magnitude: -gain, center: 1.0 - middle, invert: true }),
                     unity: Some(ends),
                 }
             }
