@@ -3,6 +3,8 @@
 #[cfg(test)]
 mod data;
 #[cfg(test)]
+mod layouts;
+#[cfg(test)]
 mod oracle;
 #[cfg(test)]
 mod properties;

@@ -160,15 +160,14 @@ impl Exactness {
 }
 
 /// Moves the texels of a map until each wedge samples the height of its vertex (#V, model units), as far as the layout
-/// allows, to an eighth of a quantum; texels may leave the range of the heights by a quarter of it. Gives the number of
-/// vertices that stay off by more than is allowed.
+/// allows, to an eighth of a quantum; texels may leave the range of the heights by a quarter of it.
 pub fn fit(
     map: &mut HeightMap,
     atlas: &Atlas,
     heights: &[f64],
     exactness: Exactness,
     progress: &dyn Progress,
-) -> Result<usize, Cancelled> {
+) -> Result<fit::Missed, Cancelled> {
     let mut samples = Vec::new();
     for (vertex, wedges) in (0..).zip(atlas.wedges().iter()) {
         samples.extend(wedges.iter().map(|&uv| fit::Sample {

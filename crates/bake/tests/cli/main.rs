@@ -6,6 +6,7 @@ mod apply;
 mod bad_input;
 mod bad_manifest;
 mod bundle;
+mod check;
 mod commands;
 mod folder;
 mod help;

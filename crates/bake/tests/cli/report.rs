@@ -65,9 +65,18 @@ fn the_bound_holds_for_every_encoding_and_interpolation() {
             for size in [8, 128] {
                 for texels in ["fitted", "interpolated"] {
                     let map = format!("--interpolation {interpolation} --texels {texels} --bits {bits} --size {size}");
-                    check("sphere", &mesh, &map);
+                    check("sphere", &mesh, &format!("--layout uv {map}"));
                 }
             }
+        }
+    }
+}
+
+#[test]
+fn the_bound_holds_with_a_texel_for_each_vertex_in_every_format() {
+    for (name, mesh) in cases() {
+        for format in ["png --bits 8", "png", "tiff", "tiff --bits 32", "exr --bits 16", "exr"] {
+            check(name, &mesh, &format!("--layout vertex --format {format}"));
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::model::Model;
 use crate::normals;
 use crate::progress::{Cancelled, Progress};
 use crate::texture::findings::Findings;
-use crate::texture::resolution::Spacing;
+use crate::texture::resolution::{self, Spacing};
 use crate::texture::tangents::{self, Tangent};
 use crate::texture::{self, Coverage, Exactness, HeightMap, Size, Texels, normal_map, per_vertex};
 use glam::{DMat3, DVec3, Vec3};
@@ -109,9 +109,14 @@ impl Maps {
         let plan = Plan::make(surface, layout, &offsets.channels, settings, progress)?;
         let (channels, coverage, findings) = match (&plan, layout) {
             (Plan::Uv { side, .. }, Some((atlas, spacing))) => {
-                let coverage = Coverage::new(surface, atlas, Size::square(*side), progress)?;
+                let mut coverage = Coverage::new(surface, atlas, Size::square(*side), progress)?;
                 let channels = at_uvs(model, atlas, &offsets.channels, &coverage, settings, progress)?;
                 let findings = Findings::of(surface, atlas, spacing, &coverage);
+                // Heights have room where vertices are one texel apart; shading wants two.
+                let spaced = spacing.choose(&resolution::sides(settings.largest_side.0)).side;
+                if settings.side.is_none() && spaced > *side {
+                    coverage = Coverage::new(surface, atlas, Size::square(spaced), progress)?;
+                }
                 (channels, Some(coverage), findings)
             }
             _ => {

@@ -47,20 +47,28 @@ const HEADROOM: f64 = 0.25;
 const STEPS: usize = 150;
 const ROUNDS: usize = 4;
 
-/// Moves texels (model units, row by row from the top) until samples are met as far as they can be. Gives the number of
-/// dominant samples that stay off by more than is allowed.
+/// Samples that stay off by more than is allowed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Missed {
+    /// Of those by which vertices are displaced.
+    pub dominant: usize,
+    /// Of the others.
+    pub other: usize,
+}
+
+/// Moves texels (model units, row by row from the top) until samples are met as far as they can be.
 pub fn fit(
     texels: &mut [f32],
     size: Size,
     samples: &[Sample],
     exactness: Exactness,
     progress: &dyn Progress,
-) -> Result<usize, Cancelled> {
+) -> Result<Missed, Cancelled> {
     progress.stage("fitting");
     let range = samples.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], s| [l.min(s.height), h.max(s.height)]);
     let span = range[1] - range[0];
     if samples.is_empty() || span <= 0.0 {
-        return Ok(0);
+        return Ok(Missed::default());
     }
     let bounds = [range[0] - HEADROOM * span, range[1] + HEADROOM * span];
     let footprints: Vec<Footprint> = samples.iter().map(|s| Footprint::new(s.uv, size)).collect();
@@ -86,9 +94,10 @@ pub fn fit(
     let rounding = f64::from(f32::EPSILON) * bounds[0].abs().max(bounds[1].abs());
     let missed = |(sample, footprint): (&Sample, &Footprint)| {
         let sampled: f64 = footprint.weights().map(|(texel, w)| w * f64::from(texels[texel])).sum();
-        sample.rank == Rank::Dominant && (sampled - sample.height).abs() > exactness.allowed() * span + rounding
+        (sampled - sample.height).abs() > exactness.allowed() * span + rounding
     };
-    Ok(samples.iter().zip(&footprints).filter(|pair| missed(*pair)).count())
+    let count = |rank| samples.iter().zip(&footprints).filter(|(s, f)| s.rank == rank && missed((s, f))).count();
+    Ok(Missed { dominant: count(Rank::Dominant), other: count(Rank::Other) })
 }
 
 /// Samples that share texels, directly or through others. Groups and their members are in the order of the samples.

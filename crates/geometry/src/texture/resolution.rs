@@ -1,5 +1,6 @@
 //! How fine a map must be for a layout, and where a layout is too crowded for any.
 
+use super::fit::Missed;
 use super::{Exactness, HeightMap, Size};
 use crate::atlas::Atlas;
 use crate::progress::{Cancelled, Progress};
@@ -47,7 +48,14 @@ impl Spacing {
     }
     /// Vertices that are nearer than [`TEXELS_APART`] to another one in a square map.
     pub fn crowded(&self, side: u32) -> usize {
-        self.distances.partition_point(|d| d * f64::from(side) < TEXELS_APART)
+        self.nearer(TEXELS_APART, side)
+    }
+    fn nearer(&self, texels: f64, side: u32) -> usize {
+        self.distances.partition_point(|d| d * f64::from(side) < texels)
+    }
+    /// Whether a fit is not worth its time.
+    fn is_hopeless(&self, side: u32) -> bool {
+        self.nearer(1.0, side) as f64 > HOPELESS_SHARE * self.distances.len() as f64
     }
     /// The smallest distance in a square map, texels.
     pub fn smallest(&self, side: u32) -> f64 {
@@ -63,8 +71,8 @@ impl Spacing {
         let reason = if enough.is_some() { Reason::Spaced } else { Reason::Crowded };
         Choice { side, vertices: self.distances.len(), left: self.crowded(side), reason, largest }
     }
-    /// The smallest of the sides at which fitted maps give each vertex its values (each channel #V, model units); where there is
-    /// none, as [`Self::choose`].
+    /// The smallest of the sides at which fitted maps give each vertex its values (each channel #V, model units), at all of
+    /// its texture coordinates if there is such a side, else at the dominant ones; where there is none, as [`Self::choose`].
     pub fn choose_exact(
         &self,
         atlas: &Atlas,
@@ -74,31 +82,37 @@ impl Spacing {
         progress: &dyn Progress,
     ) -> Result<Choice, Cancelled> {
         let spaced = self.choose(sides);
-        if spaced.left as f64 > HOPELESS_SHARE * spaced.vertices as f64 {
-            return Ok(spaced);
-        }
-        let mut left = Vec::new();
-        for &side in sides.iter().filter(|&&side| side >= spaced.side) {
+        let (mut exact, mut left_at_spaced) = (None, None);
+        for &side in sides.iter().filter(|&&side| !self.is_hopeless(side)) {
             // What lies between the samples does not matter for whether they can be met.
             let size = Size::square(side);
-            let mut missed = 0;
+            let mut missed = Missed::default();
             for channel in channels {
                 let mut flat = HeightMap { size, texels: vec![0.0; size.texels()] };
-                missed = missed.max(super::fit(&mut flat, atlas, channel, exactness, progress)?);
+                let here = super::fit(&mut flat, atlas, channel, exactness, progress)?;
+                missed.dominant = missed.dominant.max(here.dominant);
+                missed.other = missed.other.max(here.other);
             }
-            if missed == 0 {
-                return Ok(Choice { side, left: 0, reason: Reason::Exact, ..spaced });
+            if missed.dominant == 0 {
+                let choice = Choice { side, left: 0, reason: Reason::Exact, ..spaced };
+                if missed.other == 0 {
+                    return Ok(choice);
+                }
+                exact.get_or_insert(choice);
             }
-            left.push(missed);
+            if side == spaced.side {
+                left_at_spaced = Some(missed.dominant);
+            }
         }
-        match spaced.reason {
-            Reason::Crowded => Ok(spaced),
-            _ => Ok(Choice { left: left[0], reason: Reason::AlmostExact, ..spaced }),
-        }
+        Ok(exact.unwrap_or(match left_at_spaced {
+            Some(left) if spaced.reason == Reason::Spaced => Choice { left, reason: Reason::AlmostExact, ..spaced },
+            _ => spaced,
+        }))
     }
 }
 
-/// Share of vertices that share texels with another one above which no fit is tried.
+/// Share of vertices less than one texel from another one above which no fit is tried: texels are then fewer than
+/// equations somewhere.
 const HOPELESS_SHARE: f64 = 0.1;
 
 /// Powers of two from the smallest size that is chosen automatically up to a largest one.
