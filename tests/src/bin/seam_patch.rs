@@ -1,0 +1,66 @@
+//! Cuts a patch out of a baked mesh as a client displaces it that samples each wedge at its own texture coordinate, so that
+//! cracks show: an OBJ without shared vertices, and for each of them how far off it is, in hundredths of the range.
+
+use glam::{DVec3, Vec3};
+use planish_geometry::apply::{self, Places, ShaderVertex};
+use planish_geometry::bundle::displacement_normals;
+use planish_geometry::displacement::{Displacement, Place};
+use planish_geometry::manifest::{Manifest, Method};
+use planish_geometry::model::Model;
+use planish_geometry::normals;
+use planish_geometry::obj::Obj;
+use planish_geometry::progress::Silent;
+use std::error::Error;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+const USAGE: &str = "usage: seam_patch NAME.planish.json V RADIUS OUT.obj OUT.txt (around the V-th vertex)";
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let mut next = || arguments.next().ok_or(USAGE);
+    let path = PathBuf::from(next()?);
+    let (centre, radius): (usize, f64) = (next()?.parse()?, next()?.parse()?);
+    let [mesh, numbers] = [next()?, next()?];
+
+    let manifest = Manifest::from_json(&std::fs::read(&path)?)?;
+    let beside = |name: &str| std::fs::read(path.with_file_name(name));
+    let entry = &manifest.displacement;
+    let map = Displacement::decode(&beside(&entry.file)?, entry.map, entry.size(), entry.encoding())?;
+    let carrier = Obj::parse(beside(&manifest.carrier.obj)?)?;
+    let vertices = apply::carrier_vertices(&carrier, Places::new(entry.layout, &[]), entry.origin);
+    let model = Model::new(Obj::parse(beside(&manifest.source.file)?)?, manifest.welding);
+    let expected = model.weld().spread(&expected(&model, &manifest)?);
+    let middle = *carrier.positions().get(centre.wrapping_sub(1)).ok_or(USAGE)?;
+
+    let (mut obj, mut off, mut count) = (String::new(), String::new(), 0);
+    for face in carrier.faces().iter() {
+        let near = |p: usize| carrier.positions()[p].distance(middle) < radius;
+        if !face.iter().all(|corner| near(corner.position as usize)) {
+            continue;
+        }
+        for corner in face {
+            let line = corner.position as usize;
+            let own = corner.uv().map(|uv| Place::Uv(carrier.uvs()[uv as usize].as_vec2()));
+            let place: Vec3 = ShaderVertex { place: own, ..vertices[line] }.displaced(&map, 1.0);
+            writeln!(obj, "v {} {} {}", place.x, place.y, place.z)?;
+            writeln!(off, "{}", 100.0 * (place.as_dvec3() + entry.origin).distance(expected[line]) / entry.scale)?;
+        }
+        let corners: Vec<String> = (count + 1..=count + face.len()).map(|k| k.to_string()).collect();
+        writeln!(obj, "f {}", corners.join(" "))?;
+        count += face.len();
+    }
+    std::fs::write(mesh, obj)?;
+    std::fs::write(numbers, off)?;
+    Ok(())
+}
+
+/// p − h·n of each vertex.
+fn expected(model: &Model, manifest: &Manifest) -> Result<Vec<DVec3>, Box<dyn Error>> {
+    let Method::Denoiser(denoiser) = &manifest.method else { return Err("baked with --target".into()) };
+    let deltas = denoiser.deltas(model.surface(), &Silent)?;
+    let along = displacement_normals(model, manifest.normals)?;
+    let heights = normals::heights(&deltas, &along);
+    let places = model.surface().positions().iter().zip(heights.iter().zip(&along));
+    Ok(places.map(|(p, (h, n))| *p - *h * n.as_dvec3()).collect())
+}
