@@ -15,10 +15,6 @@ from conftest import REPO, SHARED
 
 DUCK = REPO / "data" / "duck_noisy.obj"
 SPOT = SHARED / "data" / "spot_n0.2_noisy.obj"
-# Where a layout crowds vertices there are not texels enough for all texture coordinates of a seam vertex, and the bake
-# sees to the dominant one: 1 of the 295 other wedges of spot is off, and in Blender 3 of its 277 seam vertices, two of
-# which sample outside the unit square. As a share:
-CROWDED = 0.015
 
 
 @dataclass
