@@ -42,8 +42,6 @@ pub struct Charts {
     pub seam_edges: usize,
     /// Vertices with more than one wedge.
     pub seam_vertices: usize,
-    /// Faces that are turned over in the texture.
-    pub mirrored_faces: usize,
     /// Faces without texture coordinates at one corner or more.
     pub unmapped_faces: usize,
 }
@@ -202,7 +200,6 @@ impl Atlas {
             charts: (0..chart.len()).filter(|&f| is_first(f)).count(),
             seam_edges,
             seam_vertices: self.wedges.iter().filter(|wedges| wedges.len() > 1).count(),
-            mirrored_faces: self.mirrored_faces(surface),
             unmapped_faces: areas.iter().filter(|area| area.is_none()).count(),
         }
     }

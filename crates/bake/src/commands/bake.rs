@@ -185,11 +185,7 @@ fn explain(error: BakeError, model: &Model, input: &Path) -> Failure {
 fn warnings(bundle: &Bundle) -> Vec<String> {
     let m = &bundle.manifest;
     let r = &m.report;
-    // Crowding alone is no harm where the fit resolved it.
     let mut out = r.layout.problems();
-    if r.layout.crowded_vertices > 0 {
-        out.pop();
-    }
     if let Some(reason) = &bundle.fallback {
         out.push(format!("one texel for each vertex, because {reason}"));
     }

@@ -9,14 +9,14 @@ use planish_geometry::atlas::{AtlasError, Charts};
 use planish_geometry::materials;
 use planish_geometry::model::{Defects, Model};
 use planish_geometry::progress::Progress as _;
-use planish_geometry::texture::findings;
+use planish_geometry::texture::findings::Findings;
 use planish_geometry::texture::resolution::{self, Spacing};
 use planish_geometry::texture::{Coverage, Size};
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// Side of the raster that looks for overlaps, texels.
+/// Side of the map in which overlaps are looked for, texels.
 const PROBE: u32 = 1024;
 
 #[derive(Serialize)]
@@ -55,9 +55,10 @@ struct Info {
 struct Layout {
     #[serde(flatten)]
     charts: Charts,
-    out_of_range_vertices: usize,
-    /// Share of the texture that lies in more than one triangle.
-    overlap: f64,
+    /// Size of the map that the following numbers are about.
+    probe: u32,
+    #[serde(flatten)]
+    findings: Findings,
     size: u32,
     size_reason: String,
 }
@@ -85,24 +86,15 @@ fn look(path: &Path, model: &Model, console: &Console) -> Result<Info, Failure> 
     let mut notes = notes(model, &defects);
     let layout = match model.atlas() {
         Ok(atlas) => {
-            let choice = Spacing::new(&atlas).choose(&resolution::sides(resolution::LARGEST_SIDE));
-            let out_of_range_vertices = findings::out_of_range(&atlas);
+            let spacing = Spacing::new(&atlas);
+            let choice = spacing.choose(&resolution::sides(resolution::LARGEST_SIDE));
             let coverage = Coverage::new(surface, &atlas, Size::square(PROBE), console)?;
-            let overlap = coverage.overlaps() as f64 / Size::square(PROBE).texels() as f64;
-            if overlap > 0.0 {
-                notes.push(format!(
-                    "charts overlap on {:.2} % of the texture: they share heights there",
-                    100.0 * overlap
-                ));
-            }
-            if out_of_range_vertices > 0 {
-                let n = count(out_of_range_vertices, "vertex is", "vertices are");
-                notes.push(format!("{n} outside [0, 1] in the texture: a map is clamped at its border"));
-            }
+            let findings = Findings::of(surface, &atlas, &spacing, &coverage);
+            notes.extend(findings.problems());
             Some(Layout {
                 charts: atlas.charts(surface),
-                out_of_range_vertices,
-                overlap,
+                probe: PROBE,
+                findings,
                 size: choice.side,
                 size_reason: choice.to_string(),
             })
@@ -261,14 +253,14 @@ fn text(info: &Info) -> String {
                 count(c.seam_vertices, "vertex", "vertices")
             ),
         );
-        if c.mirrored_faces + c.unmapped_faces + l.out_of_range_vertices > 0 {
+        if l.findings.mirrored_faces + c.unmapped_faces + l.findings.out_of_range_vertices > 0 {
             line(
                 "",
                 format!(
                     "{} mirrored, {} without texture coordinates, {} outside [0, 1]",
-                    count(c.mirrored_faces, "face", "faces"),
+                    count(l.findings.mirrored_faces, "face", "faces"),
                     count(c.unmapped_faces, "face", "faces"),
-                    count(l.out_of_range_vertices, "vertex", "vertices")
+                    count(l.findings.out_of_range_vertices, "vertex", "vertices")
                 ),
             );
         }

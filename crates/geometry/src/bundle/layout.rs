@@ -124,7 +124,8 @@ impl Plan {
         if must_be_exact && choice.reason != Reason::Exact {
             let size = Size::square(choice.side.min(PROBE));
             let coverage = Coverage::new(surface, atlas, size, progress)?;
-            let problems = Findings::of(surface, atlas, spacing, &coverage).problems();
+            let findings = Findings::of(surface, atlas, spacing, &coverage);
+            let problems = findings.problems().into_iter().chain(findings.crowding()).collect();
             return Ok(Self::Vertex { fallback: Some(Fallback::Layout { choice, problems }) });
         }
         Ok(Self::Uv { side: choice.side, choice: Some(choice).filter(|_| settings.side.is_none()) })

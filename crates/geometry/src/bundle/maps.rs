@@ -46,7 +46,7 @@ impl Offsets {
             }
             MapKind::VectorObject => {
                 let places = positions.iter().zip(deltas).map(|(p, d)| *p - *d).collect();
-                Self { places, channels: split(deltas.iter().copied()), left_out_rms: 0.0 }
+                Self { places, channels: split(deltas), left_out_rms: 0.0 }
             }
             MapKind::VectorTangent => {
                 let local = |((delta, n), frame): ((&DVec3, &Vec3), &Tangent)| {
@@ -54,7 +54,8 @@ impl Offsets {
                     let local = DMat3::from_cols(t, b, n).inverse() * *delta;
                     if local.is_finite() { local } else { DVec3::ZERO }
                 };
-                let channels = split(deltas.iter().zip(normals).zip(frames).map(local));
+                let local: Vec<DVec3> = deltas.iter().zip(normals).zip(frames).map(local).collect();
+                let channels = split(&local);
                 let has_frame = |n: &Vec3| if *n == Vec3::ZERO { 0.0 } else { 1.0 };
                 let places = positions.iter().zip(deltas).zip(normals).map(|((p, d), n)| *p - *d * has_frame(n));
                 Self { places: places.collect(), channels, left_out_rms: 0.0 }
@@ -63,8 +64,8 @@ impl Offsets {
     }
 }
 
-fn split(vectors: impl Iterator<Item = DVec3> + Clone) -> Vec<Vec<f64>> {
-    (0..3).map(|axis| vectors.clone().map(|v| v[axis]).collect()).collect()
+fn split(vectors: &[DVec3]) -> Vec<Vec<f64>> {
+    (0..3).map(|axis| vectors.iter().map(|v| v[axis]).collect()).collect()
 }
 
 pub(super) struct Maps {

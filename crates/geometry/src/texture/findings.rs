@@ -56,7 +56,7 @@ impl Findings {
         }
     }
 
-    /// What is wrong, in words, the worst first.
+    /// What no size can mend, in words, the worst first.
     pub fn problems(&self) -> Vec<String> {
         let mut out = Vec::new();
         let mut add = |n: usize, text: String| {
@@ -74,11 +74,14 @@ impl Findings {
         let mirrored = if self.mirrored_faces > 0 { " (some of them mirrored)" } else { "" };
         let texels = self.overlapping_texels;
         add(texels, format!("charts overlap in {texels} texels{mirrored}: faces that share texels get one height"));
-        add(
-            self.crowded_vertices,
-            format!("{} less than two texels from another one", vertices(self.crowded_vertices)),
-        );
         out
+    }
+
+    /// What a larger size may mend, in words.
+    pub fn crowding(&self) -> Option<String> {
+        let n = self.crowded_vertices;
+        let are = if n == 1 { "vertex is" } else { "vertices are" };
+        (n > 0).then(|| format!("{n} {are} less than two texels from another one"))
     }
 }
 
@@ -142,6 +145,7 @@ mod tests {
         assert!(folded.problems().iter().any(|p| p.contains("overlap") && p.contains("mirrored")), "{folded:?}");
         let crowded = found(|p| p * 0.1);
         assert_eq!(crowded.crowded_vertices, 81);
-        assert!(crowded.problems().iter().any(|p| p.contains("81 vertices are less than two texels")));
+        assert_eq!(crowded.crowding().as_deref(), Some("81 vertices are less than two texels from another one"));
+        assert_eq!(crowded.problems(), Vec::<String>::new());
     }
 }
