@@ -25,7 +25,7 @@ use crate::ragged::Index;
 use crate::surface::Surface;
 use crate::texture::findings::Findings;
 use crate::texture::normal_map::Convention;
-use crate::texture::resolution::{self, Choice, Spacing};
+use crate::texture::resolution::{self, Choice, Reason, Spacing};
 use crate::texture::{Coverage, Interpolation, Texels, tangents};
 use crate::weld::Welding;
 use carrier::CarrierFile;
@@ -292,8 +292,11 @@ pub fn bake(
     if settings.layout == LayoutChoice::Auto && settings.texels == Texels::Fitted && missed > 0 && maps.plan.is_uv() {
         // What was written is what counts, whatever the plan promised.
         let instead = Settings { layout: LayoutChoice::Vertex, ..settings.clone() };
+        let (side, vertices) = (maps.size.width, model.surface().positions().len());
+        let choice = Choice { side, vertices, left: missed, reason: Reason::AlmostExact, largest: side };
+        let problems = maps.findings.problems().into_iter().chain(maps.findings.crowding()).collect();
         let bundle = bake(model, names, beside, &instead, progress)?;
-        return Ok(Bundle { fallback: Some(Fallback::Measured { missed }), ..bundle });
+        return Ok(Bundle { fallback: Some(Fallback::Layout { choice, problems }), ..bundle });
     }
     progress.check()?;
     let library = materials::carrier_library(

@@ -38,11 +38,6 @@ pub enum Fallback {
         /// What is wrong, in words.
         problems: Vec<String>,
     },
-    /// The map that was made of them leaves vertices off.
-    Measured {
-        /// Vertices.
-        missed: usize,
-    },
 }
 
 impl std::fmt::Display for Fallback {
@@ -70,7 +65,6 @@ impl std::fmt::Display for Fallback {
                 }
                 write!(f, "; an unwrap without overlaps and with more room would help")
             }
-            Self::Measured { missed } => write!(f, "{missed} vertices would have missed their height"),
         }
     }
 }
@@ -117,7 +111,9 @@ impl Plan {
         let sides = resolution::sides(settings.largest_side.0);
         let choice = match (settings.side, settings.texels) {
             (Some(side), _) if !must_be_exact => return Ok(Self::Uv { side, choice: None }),
-            (Some(side), _) => spacing.choose_exact(atlas, channels, &[side], exactness, progress)?,
+            // Measuring what was written tells more, and as soon.
+            (Some(side), _) if !spacing.is_hopeless(side) => return Ok(Self::Uv { side, choice: None }),
+            (Some(side), _) => spacing.choose(&[side]),
             (None, Texels::Fitted) => spacing.choose_exact(atlas, channels, &sides, exactness, progress)?,
             (None, Texels::Interpolated) => spacing.choose(&sides),
         };

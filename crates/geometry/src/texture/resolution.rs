@@ -53,8 +53,8 @@ impl Spacing {
     fn nearer(&self, texels: f64, side: u32) -> usize {
         self.distances.partition_point(|d| d * f64::from(side) < texels)
     }
-    /// Whether a fit is not worth its time.
-    fn is_hopeless(&self, side: u32) -> bool {
+    /// Whether a fit is not worth its time: so many vertices are less than one texel apart.
+    pub(crate) fn is_hopeless(&self, side: u32) -> bool {
         self.nearer(1.0, side) as f64 > HOPELESS_SHARE * self.distances.len() as f64
     }
     /// The smallest distance in a square map, texels.
