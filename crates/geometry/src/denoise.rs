@@ -11,6 +11,7 @@ mod l0;
 mod laplacian;
 mod sun;
 mod taubin;
+mod tgv_normals;
 mod vertex_update;
 
 pub use bilateral::Bilateral;
@@ -22,6 +23,7 @@ pub use l0::L0;
 pub use laplacian::{Boundary, EdgeWeights, Laplacian};
 pub use sun::Sun;
 pub use taubin::Taubin;
+pub use tgv_normals::TgvNormals;
 pub use vertex_update::{FoldOvers, Motion, VertexUpdate};
 
 use crate::progress::{Cancelled, Progress};
@@ -52,6 +54,8 @@ pub enum Denoiser {
     GuidedNormals(GuidedNormals),
     /// As few edges that are not flat as possible.
     L0(L0),
+    /// Total generalised variation of the normals.
+    TgvNormals(TgvNormals),
 }
 
 impl Default for Denoiser {
@@ -61,6 +65,48 @@ impl Default for Denoiser {
 }
 
 impl Denoiser {
+    /// Every method with its default settings.
+    pub fn every() -> [Self; 10] {
+        [
+            Self::Laplacian(<_>::default()),
+            Self::Taubin(<_>::default()),
+            Self::Hc(<_>::default()),
+            Self::Implicit(<_>::default()),
+            Self::Bilateral(<_>::default()),
+            Self::Sun(<_>::default()),
+            Self::BilateralNormals(<_>::default()),
+            Self::GuidedNormals(<_>::default()),
+            Self::L0(<_>::default()),
+            Self::TgvNormals(<_>::default()),
+        ]
+    }
+    /// Its name, as in JSON and on the command line.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Laplacian(_) => "laplacian",
+            Self::Taubin(_) => "taubin",
+            Self::Hc(_) => "hc",
+            Self::Implicit(_) => "implicit",
+            Self::Bilateral(_) => "bilateral",
+            Self::Sun(_) => "sun",
+            Self::BilateralNormals(_) => "bilateral-normals",
+            Self::GuidedNormals(_) => "guided-normals",
+            Self::L0(_) => "l0",
+            Self::TgvNormals(_) => "tgv-normals",
+        }
+    }
+    /// The same method with the settings that its authors used; none where they named none that fit every mesh.
+    pub fn paper(&self) -> Option<Self> {
+        match self {
+            Self::Bilateral(_) => Some(Self::Bilateral(Bilateral::paper())),
+            Self::Sun(_) => Some(Self::Sun(Sun::paper())),
+            Self::BilateralNormals(_) => Some(Self::BilateralNormals(BilateralNormals::paper())),
+            Self::GuidedNormals(_) => Some(Self::GuidedNormals(GuidedNormals::paper())),
+            Self::Hc(_) => Some(Self::Hc(Hc::default())),
+            Self::L0(_) => Some(Self::L0(L0::default())),
+            Self::Laplacian(_) | Self::Taubin(_) | Self::Implicit(_) | Self::TgvNormals(_) => None,
+        }
+    }
     /// δᵢ = pᵢ − p*ᵢ, from the denoised place to the vertex. #V×3, model units; zero where a vertex stays.
     pub fn deltas(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
         progress.stage("denoising");
@@ -74,6 +120,7 @@ impl Denoiser {
             Self::BilateralNormals(settings) => bilateral_normals::deltas(surface, settings, progress),
             Self::GuidedNormals(settings) => guided_normals::deltas(surface, settings, progress),
             Self::L0(settings) => l0::deltas(surface, settings, progress),
+            Self::TgvNormals(settings) => tgv_normals::deltas(surface, settings, progress),
         }
     }
     /// p*ᵢ = pᵢ − δᵢ. #V×3, model units.
@@ -124,6 +171,7 @@ mod tests {
             }
             let guided = GuidedNormals { iterations: 3, vertex_update, ..GuidedNormals::paper() };
             all.push(Denoiser::GuidedNormals(guided));
+            all.push(Denoiser::TgvNormals(TgvNormals { iterations: 3, vertex_update, ..TgvNormals::default() }));
         }
         all
     }
@@ -235,6 +283,15 @@ mod tests {
         for denoiser in every() {
             let json = serde_json::to_string(&denoiser).unwrap();
             assert_eq!(serde_json::from_str::<Denoiser>(&json).unwrap(), denoiser, "{json}");
+        }
+    }
+
+    #[test]
+    fn names_are_those_of_the_json_and_every_method_is_in_the_battery() {
+        for denoiser in Denoiser::every() {
+            assert_eq!(serde_json::to_value(&denoiser).unwrap()["name"], denoiser.name());
+            assert!(every().iter().any(|tested| tested.name() == denoiser.name()), "{}", denoiser.name());
+            assert!(denoiser.paper().is_none_or(|paper| paper.name() == denoiser.name()));
         }
     }
 }

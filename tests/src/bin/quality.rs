@@ -1,15 +1,13 @@
 //! Runs denoising methods over pairs of clean and noisy meshes and prints how near each comes to the clean one.
 //!
-//!     quality FOLDER [--methods a,b] [--pairs x,y] [--preset paper|default] [--format text|tsv|json]
+//!     quality FOLDER [--methods a,b] [--pairs x,y] [--preset paper|default] [--set name=value,…] [--format text|tsv|json]
 //!
 //! FOLDER has a `MANIFEST.tsv` with columns `name`, `clean`, `noisy`, and for each method the Ea in degrees that another
 //! program reached with the same settings; or no such file but pairs NAME_clean.obj and NAME_noisy.obj. `ratio` is Ea
-//! over that column, distances are in mean edge lengths of the clean mesh.
+//! over that column, where settings are those of the papers, distances are in mean edge lengths of the clean mesh.
 #![allow(clippy::print_stdout, reason = "printing is what it is for")]
 
-use planish_geometry::denoise::{
-    Bilateral, BilateralNormals, Denoiser, GuidedNormals, Hc, Implicit, L0, Laplacian, Sun, Taubin,
-};
+use planish_geometry::denoise::Denoiser;
 use planish_geometry::metrics::{self, Triangles};
 use planish_geometry::model::Model;
 use planish_geometry::obj::Obj;
@@ -30,34 +28,24 @@ struct Run {
     denoiser: Denoiser,
 }
 
-fn paper() -> Vec<Run> {
-    let run = |method, column, denoiser| Run { method, column: Some(column), denoiser };
-    vec![
-        run("laplacian", "Ea_lap_it3", Denoiser::Laplacian(Laplacian::default())),
-        run("taubin", "Ea_taubin_it10", Denoiser::Taubin(Taubin::default())),
-        Run { method: "hc", column: None, denoiser: Denoiser::Hc(Hc::default()) },
-        Run { method: "implicit", column: None, denoiser: Denoiser::Implicit(Implicit::default()) },
-        run("bilateral", "Ea_bmd", Denoiser::Bilateral(Bilateral::paper())),
-        run("sun", "Ea_sun", Denoiser::Sun(Sun::paper())),
-        run("bilateral-normals", "Ea_bnf", Denoiser::BilateralNormals(BilateralNormals::paper())),
-        run("guided-normals", "Ea_gnf", Denoiser::GuidedNormals(GuidedNormals::paper())),
-        run("l0", "Ea_l0abs", Denoiser::L0(L0::default())),
-    ]
-}
+/// Columns whose figures were made with the settings of the papers, by method.
+const COLUMNS: [(&str, &str); 7] = [
+    ("laplacian", "Ea_lap_it3"),
+    ("taubin", "Ea_taubin_it10"),
+    ("bilateral", "Ea_bmd"),
+    ("sun", "Ea_sun"),
+    ("bilateral-normals", "Ea_bnf"),
+    ("guided-normals", "Ea_gnf"),
+    ("l0", "Ea_l0abs"),
+];
 
-fn defaults() -> Vec<Run> {
-    let run = |method, denoiser| Run { method, column: None, denoiser };
-    vec![
-        run("laplacian", Denoiser::Laplacian(Laplacian::default())),
-        run("taubin", Denoiser::Taubin(Taubin::default())),
-        run("hc", Denoiser::Hc(Hc::default())),
-        run("implicit", Denoiser::Implicit(Implicit::default())),
-        run("bilateral", Denoiser::Bilateral(Bilateral::default())),
-        run("sun", Denoiser::Sun(Sun::default())),
-        run("bilateral-normals", Denoiser::BilateralNormals(BilateralNormals::default())),
-        run("guided-normals", Denoiser::GuidedNormals(GuidedNormals::default())),
-        run("l0", Denoiser::L0(L0::default())),
-    ]
+fn runs(paper: bool) -> Vec<Run> {
+    let run = |default: Denoiser| {
+        let column = COLUMNS.iter().find(|c| paper && c.0 == default.name()).map(|c| c.1);
+        let denoiser = default.paper().filter(|_| paper).unwrap_or(default);
+        Run { method: denoiser.name(), column, denoiser }
+    };
+    Denoiser::every().map(run).into()
 }
 
 /// A clean mesh, a noisy one, and the figures of other programs by column.
@@ -107,8 +95,11 @@ impl Row {
 fn main() -> Result<(), Failure> {
     let options = Options::parse(std::env::args().skip(1))?;
     let wanted = |list: &Option<Vec<String>>, name: &str| list.as_ref().is_none_or(|l| l.iter().any(|n| n == name));
-    let mut runs = if options.paper { paper() } else { defaults() };
+    let mut runs = runs(options.paper);
     runs.retain(|run| wanted(&options.methods, run.method));
+    for run in &mut runs {
+        run.denoiser = with(&run.denoiser, &options.settings)?;
+    }
     let mut rows = Vec::new();
     if options.format != Format::Json {
         print_line(options.format, &Row::HEADS.map(str::to_owned));
@@ -148,6 +139,19 @@ fn measure(pair: &Pair, run: &Run, clean: &Triangles, model: &Model) -> Result<R
         d_max: found.d_max,
         seconds,
     })
+}
+
+/// The method with some settings replaced; those that it does not have are passed over.
+fn with(denoiser: &Denoiser, settings: &[(String, serde_json::Value)]) -> Result<Denoiser, Failure> {
+    let mut json = serde_json::to_value(denoiser)?;
+    for (name, value) in settings {
+        let places = [format!("/{name}"), format!("/vertex_update/{name}")];
+        let place = places.iter().find(|place| json.pointer(place).is_some());
+        if let Some(slot) = place.and_then(|place| json.pointer_mut(place)) {
+            *slot = value.clone();
+        }
+    }
+    Ok(serde_json::from_value(json)?)
 }
 
 /// Pairs of a folder that have a clean mesh.
@@ -216,21 +220,36 @@ struct Options {
     methods: Option<Vec<String>>,
     pairs: Option<Vec<String>>,
     paper: bool,
+    settings: Vec<(String, serde_json::Value)>,
     format: Format,
 }
 
 impl Options {
     fn parse(mut words: impl Iterator<Item = String>) -> Result<Self, Failure> {
-        const USAGE: &str =
-            "usage: quality FOLDER [--methods a,b] [--pairs x,y] [--preset paper|default] [--format text|tsv|json]";
+        const USAGE: &str = "usage: quality FOLDER [--methods a,b] [--pairs x,y] [--preset paper|default] [--set name=value] \
+             [--format text|tsv|json]";
         let folder = words.next().filter(|word| !word.starts_with('-')).ok_or(USAGE)?;
-        let mut options = Self { folder: folder.into(), methods: None, pairs: None, paper: true, format: Format::Text };
+        let mut options = Self {
+            folder: folder.into(),
+            methods: None,
+            pairs: None,
+            paper: true,
+            settings: Vec::new(),
+            format: Format::Text,
+        };
         while let Some(word) = words.next() {
             let value = words.next().ok_or(USAGE)?;
             let list = || Some(value.split(',').map(str::to_owned).collect());
             match (word.as_str(), value.as_str()) {
                 ("--methods", _) => options.methods = list(),
                 ("--pairs", _) => options.pairs = list(),
+                ("--set", _) => {
+                    for setting in value.split(',') {
+                        let (name, value) = setting.split_once('=').ok_or(USAGE)?;
+                        let json = serde_json::from_str(value).unwrap_or_else(|_| value.into());
+                        options.settings.push((name.to_owned(), json));
+                    }
+                }
                 ("--preset", "paper") => options.paper = true,
                 ("--preset", "default") => options.paper = false,
                 ("--format", "text") => options.format = Format::Text,

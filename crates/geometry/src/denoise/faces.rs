@@ -100,6 +100,15 @@ impl Faces {
         let mean_area = shapes.areas.iter().sum::<f64>() / shapes.areas.len() as f64;
         if mean_area > 0.0 { mean_area.sqrt() } else { 1.0 }
     }
+
+    /// Mean absolute angle between triangles that share an edge, radians; 0 without any.
+    pub(super) fn mean_bend(&self, shapes: &Shapes) -> f64 {
+        let angle = |&[f, g]: &[Index; 2]| {
+            let [a, b] = [f, g].map(|f| shapes.normals[f as usize]);
+            a.cross(b).length().atan2(a.dot(b))
+        };
+        self.pairs.iter().map(angle).sum::<f64>() / self.pairs.len().max(1) as f64
+    }
 }
 
 /// A list for each of `count`, made on several threads.

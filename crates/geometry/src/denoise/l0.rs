@@ -30,7 +30,7 @@ pub struct L0 {
     /// What α is multiplied by after each round.
     pub alpha_growth: f64,
     /// β in the first round.
-    pub beta: f64,
+    pub beta_min: f64,
     /// Rounds end when β reaches this.
     pub beta_max: f64,
     /// What β is multiplied by after each round; above 1.
@@ -46,7 +46,7 @@ impl Default for L0 {
             sparsity: 1.0,
             alpha: 0.1,
             alpha_growth: 0.5,
-            beta: 1e-3,
+            beta_min: 1e-3,
             beta_max: 1e3,
             beta_growth: 1.414,
             boundary: Boundary::Free,
@@ -54,25 +54,27 @@ impl Default for L0 {
     }
 }
 
+/// Whatever β does.
+const MOST_ROUNDS: f64 = 1000.0;
+
 /// δ of the solution. #V×3, model units.
 pub(super) fn deltas(surface: &Surface, settings: &L0, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
     progress.check()?;
     let faces = Faces::of(surface);
     let input = surface.positions();
     let mut shapes = Shapes::of(&faces, input);
-    let bend = mean_bend(&faces, &shapes);
+    let bend = faces.mean_bend(&shapes);
     let mean_edge = surface.mean_edge();
     let lambda = settings.sparsity * 0.2 * mean_edge * mean_edge * bend;
-    let (mut alpha, mut beta) = (settings.alpha * bend, settings.beta);
+    let (mut alpha, mut beta) = (settings.alpha * bend, settings.beta_min);
     let stays = |v: Index| settings.boundary == Boundary::Fixed && surface.topology().is_boundary(v);
     let fixed: Vec<bool> = (0..input.len() as Index).map(stays).collect();
     let mut edges = Edges::of(&faces, input.len());
     // The solution is found as a way from the input, which does not depend on where the origin is.
     let mut way = vec![DVec3::ZERO; input.len()];
     let mut positions = input.to_vec();
-    let rounds = ((settings.beta_max / beta).ln() / settings.beta_growth.ln()).ceil().max(0.0);
-    let mut done = 0.0;
-    while beta < settings.beta_max {
+    let rounds = ((settings.beta_max / beta).ln() / settings.beta_growth.ln()).ceil().clamp(0.0, MOST_ROUNDS) as u32;
+    for done in 1..=rounds {
         edges.measure(&faces, &shapes, &positions);
         let threshold = lambda / beta;
         let at = |points: &[DVec3], e: usize| edges.difference(points, e);
@@ -102,19 +104,9 @@ pub(super) fn deltas(surface: &Surface, settings: &L0, progress: &dyn Progress) 
         shapes.measure(&faces, &positions);
         beta *= settings.beta_growth;
         alpha *= settings.alpha_growth;
-        done += 1.0;
-        progress.done(done / rounds);
+        progress.done(f64::from(done) / f64::from(rounds));
     }
     Ok(way.into_iter().map(|way| -way).collect())
-}
-
-/// γ: mean absolute angle between triangles that share an edge, radians; 0 without any.
-fn mean_bend(faces: &Faces, shapes: &Shapes) -> f64 {
-    let angle = |&[f, g]: &[Index; 2]| {
-        let [a, b] = [f, g].map(|f| shapes.normals[f as usize]);
-        a.cross(b).length().atan2(a.dot(b))
-    };
-    faces.pairs.iter().map(angle).sum::<f64>() / faces.pairs.len().max(1) as f64
 }
 
 /// Edges with two triangles, and the operators on their four vertices.
