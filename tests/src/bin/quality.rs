@@ -1,6 +1,8 @@
 //! Runs denoising methods over pairs of clean and noisy meshes and prints how near each comes to the clean one.
 //!
-//!     quality FOLDER [--methods a,b] [--pairs x,y] [--preset paper|default] [--set name=value,…] [--format text|tsv|json]
+//! ```text
+//! quality FOLDER [--methods a,b] [--pairs x,y] [--preset paper|default] [--set name=value] [--format text|tsv|json]
+//! ```
 //!
 //! FOLDER has a `MANIFEST.tsv` with columns `name`, `clean`, `noisy`, and for each method the Ea in degrees that another
 //! program reached with the same settings; or no such file but pairs NAME_clean.obj and NAME_noisy.obj. `ratio` is Ea

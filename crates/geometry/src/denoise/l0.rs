@@ -99,7 +99,7 @@ pub(super) fn deltas(surface: &Surface, settings: &L0, progress: &dyn Progress) 
                 *out = if fixed[v] { x[v] } else { x[v] + edges.gathered(&products, v) };
             });
         };
-        way = solve(system, diagonal, &right, way, Solve { tolerance: 1e-5, steps: 1000 }, progress)?;
+        way = solve(system, diagonal, &right, way, Solve { tolerance: 1e-4, steps: 1000 }, progress)?;
         positions.par_iter_mut().zip(input).zip(&way).for_each(|((x, p), way)| *x = *p + *way);
         shapes.measure(&faces, &positions);
         beta *= settings.beta_growth;

@@ -68,7 +68,7 @@ pub(super) fn deltas(
 const PENALTY: f64 = 2.0;
 
 /// Inner systems need not be solved to the end, since they change in each round.
-const INNER: Solve = Solve { tolerance: 1e-4, steps: 100 };
+const INNER: Solve = Solve { tolerance: 1e-3, steps: 20 };
 
 /// The filtered normals. #T×3
 fn filtered(
