@@ -1,17 +1,17 @@
 //! The command line, as clap reads it; the doc comments are the help.
 
+mod method;
 mod values;
 
+pub(crate) use method::MethodArgs;
 pub(crate) use values::{FormatArg, MapArg, SideArg, SpaceArg};
 
-use crate::failure::Failure;
 use clap::{Args, Parser, Subcommand};
-use planish_geometry::denoise::{Denoiser, Laplacian, Taubin};
 use planish_geometry::weld::Welding;
 use std::path::PathBuf;
 use values::{
-    BoundaryArg, ConventionArg, DirectionArg, InterpolationArg, LayoutArg, MethodArg, NormalsArg, TexelsArg,
-    WeightsArg, bits, finite, in_unit_interval, inflation, largest_side, not_negative, side, tolerance, welding,
+    ConventionArg, DirectionArg, InterpolationArg, LayoutArg, NormalsArg, TexelsArg, bits, finite, in_unit_interval,
+    largest_side, not_negative, side, tolerance, welding,
 };
 
 /// Denoise a mesh with a displacement map.
@@ -86,65 +86,6 @@ pub(crate) enum Command {
     },
 }
 
-/// How to denoise.
-#[derive(Args, Debug)]
-#[command(next_help_heading = "Denoising")]
-pub(crate) struct MethodArgs {
-    /// Denoising method
-    #[arg(long, value_enum, default_value_t)]
-    method: MethodArg,
-    /// Number of smoothing steps; of pairs of steps with taubin [default: 3, taubin: 10]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=100_000), allow_negative_numbers = true)]
-    iterations: Option<u32>,
-    /// Share of the way to the mean of the neighbours that a step goes, 0 to 1 [default: 0.5]
-    #[arg(long, value_name = "S", value_parser = in_unit_interval, allow_negative_numbers = true)]
-    step: Option<f64>,
-    /// The step away from the mean that follows each step of taubin, −1.5 to 0 [default: -0.53]
-    #[arg(long, value_name = "MU", value_parser = inflation, allow_negative_numbers = true)]
-    inflate: Option<f64>,
-    /// Weights of the neighbours
-    #[arg(long, value_enum, default_value_t)]
-    weights: WeightsArg,
-    /// What happens at the rim of an open mesh
-    #[arg(long, value_enum, default_value_t)]
-    boundary: BoundaryArg,
-    /// Which `v` lines are one vertex: exact (equal coordinates), none, or a distance in model units
-    ///
-    /// Exporters split vertices at UV seams; without welding the mesh would be cut open there.
-    #[arg(long, value_name = "exact|none|EPS", default_value = "exact", allow_negative_numbers = true, value_parser = welding)]
-    pub(crate) weld: Welding,
-}
-
-impl MethodArgs {
-    pub(crate) fn denoiser(&self) -> Result<Denoiser, Failure> {
-        let (weights, boundary) = (self.weights.into(), self.boundary.into());
-        match self.method {
-            MethodArg::Laplacian => {
-                if self.inflate.is_some() {
-                    return Err(Failure::Input("--inflate goes with --method taubin".to_owned()));
-                }
-                let Laplacian { iterations, step, .. } = Laplacian::default();
-                Ok(Denoiser::Laplacian(Laplacian {
-                    iterations: self.iterations.unwrap_or(iterations),
-                    step: self.step.unwrap_or(step),
-                    weights,
-                    boundary,
-                }))
-            }
-            MethodArg::Taubin => {
-                let Taubin { iterations, step, inflate, .. } = Taubin::default();
-                Ok(Denoiser::Taubin(Taubin {
-                    iterations: self.iterations.unwrap_or(iterations),
-                    step: self.step.unwrap_or(step),
-                    inflate: self.inflate.unwrap_or(inflate),
-                    weights,
-                    boundary,
-                }))
-            }
-        }
-    }
-}
-
 #[derive(Args, Debug)]
 pub(crate) struct BakeArgs {
     /// The noisy mesh
@@ -157,7 +98,7 @@ pub(crate) struct BakeArgs {
     pub(crate) method: MethodArgs,
     /// Bake the way to this mesh instead: the result of any other denoiser, same vertices in the same order
     #[arg(long, value_name = "DENOISED.obj", help_heading = "Denoising")]
-    #[arg(conflicts_with_all = ["method", "iterations", "step", "inflate", "weights", "boundary"])]
+    #[arg(conflicts_with_all = method::METHOD_OPTIONS)]
     pub(crate) target: Option<PathBuf>,
     /// Strength λ for the normal map and the client settings: 0 leaves the noise, 1 is denoised
     #[arg(long, value_name = "L", default_value_t = 1.0, allow_negative_numbers = true, value_parser = finite, help_heading = "Map")]

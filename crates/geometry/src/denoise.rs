@@ -1,10 +1,30 @@
 //! Every method answers one question: how far is each vertex off?
 
+mod bilateral;
+mod bilateral_normals;
+mod conjugate_gradients;
+mod faces;
+mod guided_normals;
+mod hc;
+mod implicit;
+mod l0;
 mod laplacian;
+mod sun;
 mod taubin;
+mod tgv_normals;
+mod vertex_update;
 
+pub use bilateral::Bilateral;
+pub use bilateral_normals::{BilateralNormals, Neighbours, Scheme};
+pub use guided_normals::GuidedNormals;
+pub use hc::Hc;
+pub use implicit::{Implicit, Solver};
+pub use l0::L0;
 pub use laplacian::{Boundary, EdgeWeights, Laplacian};
+pub use sun::Sun;
 pub use taubin::Taubin;
+pub use tgv_normals::TgvNormals;
+pub use vertex_update::{FoldOvers, Motion, VertexUpdate};
 
 use crate::progress::{Cancelled, Progress};
 use crate::surface::Surface;
@@ -20,6 +40,22 @@ pub enum Denoiser {
     Laplacian(Laplacian),
     /// The same without shrinking.
     Taubin(Taubin),
+    /// Steps that are pushed back.
+    Hc(Hc),
+    /// One long step, by solving a linear system.
+    Implicit(Implicit),
+    /// Bilateral filter of the heights over the tangent planes.
+    Bilateral(Bilateral),
+    /// Normals averaged over faces that look the same way.
+    Sun(Sun),
+    /// Bilateral filter of the normals.
+    BilateralNormals(BilateralNormals),
+    /// The same, guided by the most consistent patches.
+    GuidedNormals(GuidedNormals),
+    /// As few edges that are not flat as possible.
+    L0(L0),
+    /// Total generalised variation of the normals.
+    TgvNormals(TgvNormals),
 }
 
 impl Default for Denoiser {
@@ -29,12 +65,62 @@ impl Default for Denoiser {
 }
 
 impl Denoiser {
+    /// Every method with its default settings.
+    pub fn every() -> [Self; 10] {
+        [
+            Self::Laplacian(<_>::default()),
+            Self::Taubin(<_>::default()),
+            Self::Hc(<_>::default()),
+            Self::Implicit(<_>::default()),
+            Self::Bilateral(<_>::default()),
+            Self::Sun(<_>::default()),
+            Self::BilateralNormals(<_>::default()),
+            Self::GuidedNormals(<_>::default()),
+            Self::L0(<_>::default()),
+            Self::TgvNormals(<_>::default()),
+        ]
+    }
+    /// Its name, as in JSON and on the command line.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Laplacian(_) => "laplacian",
+            Self::Taubin(_) => "taubin",
+            Self::Hc(_) => "hc",
+            Self::Implicit(_) => "implicit",
+            Self::Bilateral(_) => "bilateral",
+            Self::Sun(_) => "sun",
+            Self::BilateralNormals(_) => "bilateral-normals",
+            Self::GuidedNormals(_) => "guided-normals",
+            Self::L0(_) => "l0",
+            Self::TgvNormals(_) => "tgv-normals",
+        }
+    }
+    /// The same method with the settings that its authors used; none where they named none that fit every mesh.
+    pub fn paper(&self) -> Option<Self> {
+        match self {
+            Self::Bilateral(_) => Some(Self::Bilateral(Bilateral::paper())),
+            Self::Sun(_) => Some(Self::Sun(Sun::paper())),
+            Self::BilateralNormals(_) => Some(Self::BilateralNormals(BilateralNormals::paper())),
+            Self::GuidedNormals(_) => Some(Self::GuidedNormals(GuidedNormals::paper())),
+            Self::Hc(_) => Some(Self::Hc(Hc::default())),
+            Self::L0(_) => Some(Self::L0(L0::default())),
+            Self::Laplacian(_) | Self::Taubin(_) | Self::Implicit(_) | Self::TgvNormals(_) => None,
+        }
+    }
     /// δᵢ = pᵢ − p*ᵢ, from the denoised place to the vertex. #V×3, model units; zero where a vertex stays.
     pub fn deltas(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
         progress.stage("denoising");
         match self {
             Self::Laplacian(settings) => laplacian::deltas(surface, settings, progress),
             Self::Taubin(settings) => taubin::deltas(surface, settings, progress),
+            Self::Hc(settings) => hc::deltas(surface, settings, progress),
+            Self::Implicit(settings) => implicit::deltas(surface, settings, progress),
+            Self::Bilateral(settings) => bilateral::deltas(surface, settings, progress),
+            Self::Sun(settings) => sun::deltas(surface, settings, progress),
+            Self::BilateralNormals(settings) => bilateral_normals::deltas(surface, settings, progress),
+            Self::GuidedNormals(settings) => guided_normals::deltas(surface, settings, progress),
+            Self::L0(settings) => l0::deltas(surface, settings, progress),
+            Self::TgvNormals(settings) => tgv_normals::deltas(surface, settings, progress),
         }
     }
     /// p*ᵢ = pᵢ − δᵢ. #V×3, model units.
@@ -56,14 +142,45 @@ mod tests {
 
     /// Some of each; a new method is added here and nowhere else.
     fn every() -> Vec<Denoiser> {
-        let mut all = Vec::new();
+        let mut all = normal_filters();
         for weights in [EdgeWeights::Uniform, EdgeWeights::Cotangent] {
             for boundary in [Boundary::Fixed, Boundary::Free] {
                 all.push(Denoiser::Laplacian(Laplacian { iterations: 5, step: 0.5, weights, boundary }));
                 all.push(Denoiser::Taubin(Taubin { iterations: 3, weights, boundary, ..Taubin::default() }));
+                let solver = if boundary == Boundary::Fixed { Solver::Direct } else { Solver::Iterative };
+                all.push(Denoiser::Implicit(Implicit { weights, boundary, solver, ..Implicit::default() }));
             }
         }
+        for boundary in [Boundary::Fixed, Boundary::Free] {
+            all.push(Denoiser::Hc(Hc { boundary, alpha: 0.1, ..Hc::default() }));
+            all.push(Denoiser::Bilateral(Bilateral { iterations: 2, boundary }));
+            all.push(Denoiser::L0(L0 { beta_max: 1.0, boundary, ..L0::default() }));
+        }
         all
+    }
+
+    fn normal_filters() -> Vec<Denoiser> {
+        let mut all = Vec::new();
+        let held = VertexUpdate::paper(5, Boundary::Fixed).held();
+        let along = VertexUpdate { motion: Motion::AlongNormal, boundary: Boundary::Free, ..held };
+        for vertex_update in [VertexUpdate::paper(5, Boundary::Free), held, along] {
+            all.push(Denoiser::Sun(Sun { iterations: 4, vertex_update, ..Sun::paper() }));
+            for (scheme, neighbours) in [(Scheme::Local, Neighbours::Vertex), (Scheme::Global, Neighbours::Edge)] {
+                let settings = BilateralNormals { iterations: 4, scheme, neighbours, vertex_update, ..<_>::default() };
+                all.push(Denoiser::BilateralNormals(settings));
+            }
+            let guided = GuidedNormals { iterations: 3, vertex_update, ..GuidedNormals::paper() };
+            all.push(Denoiser::GuidedNormals(guided));
+            all.push(Denoiser::TgvNormals(TgvNormals { iterations: 3, vertex_update, ..TgvNormals::default() }));
+        }
+        all
+    }
+
+    /// What the method does at the boundary; none where it says nothing of it.
+    fn boundary(denoiser: &Denoiser) -> Option<Boundary> {
+        let settings = serde_json::to_value(denoiser).unwrap();
+        let found = settings.get("boundary").or_else(|| settings.get("vertex_update")?.get("boundary"))?;
+        Some(serde_json::from_value(found.clone()).unwrap())
     }
 
     fn deltas(denoiser: &Denoiser, surface: &Surface) -> Vec<DVec3> {
@@ -104,9 +221,7 @@ mod tests {
         for denoiser in every() {
             for (v, delta) in (0..).zip(deltas(&denoiser, &plane)) {
                 assert!(delta.z.abs() < 1e-14, "{denoiser:?}: {delta}");
-                let (Denoiser::Laplacian(Laplacian { boundary, .. }) | Denoiser::Taubin(Taubin { boundary, .. })) =
-                    denoiser;
-                if boundary == Boundary::Fixed && plane.topology().is_boundary(v) {
+                if boundary(&denoiser) == Some(Boundary::Fixed) && plane.topology().is_boundary(v) {
                     assert_eq!(delta, DVec3::ZERO, "{denoiser:?}");
                 }
             }
@@ -168,6 +283,15 @@ mod tests {
         for denoiser in every() {
             let json = serde_json::to_string(&denoiser).unwrap();
             assert_eq!(serde_json::from_str::<Denoiser>(&json).unwrap(), denoiser, "{json}");
+        }
+    }
+
+    #[test]
+    fn names_are_those_of_the_json_and_every_method_is_in_the_battery() {
+        for denoiser in Denoiser::every() {
+            assert_eq!(serde_json::to_value(&denoiser).unwrap()["name"], denoiser.name());
+            assert!(every().iter().any(|tested| tested.name() == denoiser.name()), "{}", denoiser.name());
+            assert!(denoiser.paper().is_none_or(|paper| paper.name() == denoiser.name()));
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use clap::ValueEnum;
 use planish_geometry::bundle::LayoutChoice;
-use planish_geometry::denoise::{Boundary, EdgeWeights};
+use planish_geometry::denoise::{Boundary, EdgeWeights, FoldOvers, Motion, Neighbours, Scheme, Solver};
 use planish_geometry::displacement::FileFormat;
 use planish_geometry::manifest::LARGEST_SIDE;
 use planish_geometry::model::NormalSource;
@@ -25,16 +25,6 @@ macro_rules! choice {
     };
 }
 
-/// Methods by name.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(super) enum MethodArg {
-    /// Steps towards the mean of the neighbours
-    #[default]
-    Laplacian,
-    /// The same without shrinking: each step is followed by one away from the mean
-    Taubin,
-}
-
 choice!(WeightsArg => EdgeWeights {
     /// All the same
     #[default]
@@ -49,6 +39,46 @@ choice!(BoundaryArg => Boundary {
     Fixed => Boundary::Fixed,
     /// The rim moves like the rest, and shrinks
     Free => Boundary::Free,
+});
+
+choice!(SolverArg => Solver {
+    /// Conjugate gradients: for meshes of every size
+    #[default]
+    Iterative => Solver::Iterative,
+    /// Sparse Cholesky factors: to the last digit, up to some 100 000 vertices
+    Direct => Solver::Direct,
+});
+
+choice!(SchemeArg => Scheme {
+    /// Step by step
+    #[default]
+    Local => Scheme::Local,
+    /// One linear system
+    Global => Scheme::Global,
+});
+
+choice!(NeighboursArg => Neighbours {
+    /// Those that share a vertex
+    #[default]
+    Vertex => Neighbours::Vertex,
+    /// Those that share an edge
+    Edge => Neighbours::Edge,
+});
+
+choice!(MotionArg => Motion {
+    /// Anywhere
+    #[default]
+    Free => Motion::Free,
+    /// Along the vertex normal: all of it fits into a map of heights
+    AlongNormal => Motion::AlongNormal,
+});
+
+choice!(FoldOversArg => FoldOvers {
+    /// They are not taken
+    #[default]
+    Prevent => FoldOvers::Prevent,
+    /// They are taken
+    Allow => FoldOvers::Allow,
 });
 
 choice!(NormalsArg => NormalSource {
@@ -193,6 +223,14 @@ pub(super) fn not_negative(text: &str) -> Result<f64, String> {
 
 pub(super) fn inflation(text: &str) -> Result<f64, String> {
     number(text, |x| (-1.5..=0.0).contains(&x), "not a number between −1.5 and 0")
+}
+
+pub(super) fn above_zero(text: &str) -> Result<f64, String> {
+    number(text, |x| (1e-6..=1e6).contains(&x), "not a number between 0.000001 and 1000000")
+}
+
+pub(super) fn share_above_zero(text: &str) -> Result<f64, String> {
+    number(text, |x| (1e-6..=1.0).contains(&x), "not a number between 0.000001 and 1")
 }
 
 pub(super) fn in_unit_interval(text: &str) -> Result<f64, String> {

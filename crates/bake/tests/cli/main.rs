@@ -11,6 +11,7 @@ mod commands;
 mod folder;
 mod help;
 mod mesh;
+mod methods;
 mod reference;
 mod report;
 mod streams;

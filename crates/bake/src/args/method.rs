@@ -1,0 +1,249 @@
+//! Options of the denoising methods.
+//!
+//! A method is its name and the settings of the library, as they stand in the manifest; each option names the setting
+//! that it replaces, and so goes with the methods that have it.
+
+use super::values::{
+    BoundaryArg, FoldOversArg, MotionArg, NeighboursArg, SchemeArg, SolverArg, WeightsArg, above_zero,
+    in_unit_interval, inflation, not_negative, share_above_zero, welding,
+};
+use crate::failure::Failure;
+use clap::{Args, ValueEnum};
+use planish_geometry::denoise::{Boundary, Denoiser, EdgeWeights, FoldOvers, Motion, Neighbours, Scheme, Solver};
+use planish_geometry::weld::Welding;
+use serde::Serialize;
+use serde_json::Value;
+
+/// Methods by name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum MethodArg {
+    /// Steps towards the mean of the neighbours
+    #[default]
+    Laplacian,
+    /// The same without shrinking: each step is followed by one away from the mean
+    Taubin,
+    /// The same, pushed back by how far vertices and their neighbours went (Vollmer 1999)
+    Hc,
+    /// One long stable step of diffusion or mean curvature flow (Desbrun 1999)
+    Implicit,
+    /// Bilateral filter of the vertices, keeps edges (Fleishman 2003)
+    Bilateral,
+    /// Normals averaged over faces that look the same way (Sun 2007)
+    Sun,
+    /// Bilateral filter of the face normals (Zheng 2011)
+    BilateralNormals,
+    /// The same guided by consistent patches, for corners and heavy noise (Zhang 2015)
+    GuidedNormals,
+    /// As few edges as possible that are not flat, for parts made of planes (He & Schaefer 2013)
+    L0,
+    /// Total generalised variation of the face normals: sharp edges and curved faces (Liu 2021)
+    TgvNormals,
+}
+
+/// Where settings start from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum PresetArg {
+    /// What works on most meshes
+    #[default]
+    Default,
+    /// What the authors of the method used
+    Paper,
+}
+
+/// How to denoise.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Denoising")]
+pub(crate) struct MethodArgs {
+    /// Denoising method
+    #[arg(long, value_enum, default_value_t)]
+    method: MethodArg,
+    /// Settings that are not given: paper for those of the method's authors, where they differ
+    #[arg(long, value_enum, default_value_t)]
+    preset: PresetArg,
+    /// Number of steps; of pairs of steps with taubin, of steps of the normals with the filters of normals
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=100_000), allow_negative_numbers = true)]
+    iterations: Option<u32>,
+    /// laplacian, taubin: share of the way to the mean of the neighbours that a step goes, 0 to 1 [default: 0.5]
+    #[arg(long, value_name = "S", value_parser = in_unit_interval, allow_negative_numbers = true)]
+    step: Option<f64>,
+    /// taubin: the step away from the mean that follows each step, −1.5 to 0 [default: -0.53]
+    #[arg(long, value_name = "MU", value_parser = inflation, allow_negative_numbers = true)]
+    inflate: Option<f64>,
+    /// implicit: how long a step is, in whole steps of the laplacian [default: 0.5]
+    #[arg(long, value_name = "T", value_parser = not_negative, allow_negative_numbers = true)]
+    time: Option<f64>,
+    /// implicit: how the linear system is solved [default: iterative]
+    #[arg(long, value_enum)]
+    solver: Option<SolverArg>,
+    /// laplacian, taubin, implicit: weights of the neighbours [default: uniform]
+    #[arg(long, value_enum)]
+    weights: Option<WeightsArg>,
+    /// hc: share of the input in the place that vertices are pushed back to [default: 0]; l0: weight against folds
+    /// [default: 0.1]
+    #[arg(long, value_name = "A", value_parser = in_unit_interval, allow_negative_numbers = true)]
+    alpha: Option<f64>,
+    /// hc: share of a vertex's own way in how far it is pushed back, 0 to 1 [default: 0.5]
+    #[arg(long, value_name = "B", value_parser = in_unit_interval, allow_negative_numbers = true)]
+    beta: Option<f64>,
+    /// sun: cosine of the angle beyond which neighbours do not count, 0 to 1 [default: 0.5]
+    #[arg(long, value_name = "T", value_parser = in_unit_interval, allow_negative_numbers = true)]
+    threshold: Option<f64>,
+    /// bilateral-normals: step by step, or as the solution of one linear system [default: local]
+    #[arg(long, value_enum)]
+    scheme: Option<SchemeArg>,
+    /// bilateral-normals --scheme global: how near normals stay to the input, 0 to 1 [default: 0.01]
+    #[arg(long, value_name = "L", value_parser = share_above_zero, allow_negative_numbers = true)]
+    smoothness: Option<f64>,
+    /// bilateral-normals: which faces are averaged [default: vertex]
+    #[arg(long, value_enum)]
+    neighbours: Option<NeighboursArg>,
+    /// guided-normals: how far off faces are averaged, in mean distances of neighbouring faces [default: 2]
+    #[arg(long, value_name = "R", value_parser = above_zero, allow_negative_numbers = true)]
+    radius: Option<f64>,
+    /// bilateral-normals, guided-normals: reach of the filter, in mean distances of neighbouring faces [default: 1]
+    #[arg(long, value_name = "S", value_parser = above_zero, allow_negative_numbers = true)]
+    sigma_spatial: Option<f64>,
+    /// bilateral-normals, guided-normals: how far unit normals may differ and still be averaged [default: 0.35]
+    #[arg(long, value_name = "S", value_parser = above_zero, allow_negative_numbers = true)]
+    sigma_range: Option<f64>,
+    /// l0: more than 1 makes more edges flat, less makes fewer [default: 1]
+    #[arg(long, value_name = "X", value_parser = not_negative, allow_negative_numbers = true)]
+    sparsity: Option<f64>,
+    /// tgv-normals: how near normals stay to the input, against how noisy they are [default: 0.7]
+    #[arg(long, value_name = "W", value_parser = above_zero, allow_negative_numbers = true)]
+    fidelity: Option<f64>,
+    /// tgv-normals: weight of curvature that changes against normals that jump [default: 0.4]
+    #[arg(long, value_name = "W", value_parser = above_zero, allow_negative_numbers = true)]
+    second_order: Option<f64>,
+    /// Filters of normals: steps of the vertices [default: 10, sun: 50, tgv-normals: 20]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=100_000), allow_negative_numbers = true)]
+    vertex_iterations: Option<u32>,
+    /// Filters of normals: pull of the vertices to the input, in pulls of a face around [default: 0.05, paper: 0]
+    #[arg(long, value_name = "W", value_parser = not_negative, allow_negative_numbers = true)]
+    closeness: Option<f64>,
+    /// Filters of normals: where vertices may go [default: free]
+    #[arg(long, value_enum)]
+    motion: Option<MotionArg>,
+    /// Filters of normals: what happens to steps that fold the surface over [default: prevent, paper: allow]
+    #[arg(long, value_enum)]
+    fold_overs: Option<FoldOversArg>,
+    /// What happens at the rim of an open mesh [default: fixed; free with guided-normals, l0 and tgv-normals]
+    #[arg(long, value_enum)]
+    boundary: Option<BoundaryArg>,
+    /// Which `v` lines are one vertex: exact (equal coordinates), none, or a distance in model units
+    ///
+    /// Exporters split vertices at UV seams; without welding the mesh would be cut open there.
+    #[arg(long, value_name = "exact|none|EPS", default_value = "exact", allow_negative_numbers = true, value_parser = welding)]
+    pub(crate) weld: Welding,
+}
+
+/// Options that say how to denoise, and so mean nothing where the denoised mesh is given.
+pub(super) const METHOD_OPTIONS: [&str; 25] = [
+    "method",
+    "preset",
+    "iterations",
+    "step",
+    "inflate",
+    "time",
+    "solver",
+    "weights",
+    "alpha",
+    "beta",
+    "threshold",
+    "scheme",
+    "smoothness",
+    "neighbours",
+    "radius",
+    "sigma_spatial",
+    "sigma_range",
+    "sparsity",
+    "fidelity",
+    "second_order",
+    "vertex_iterations",
+    "closeness",
+    "motion",
+    "fold_overs",
+    "boundary",
+];
+
+impl MethodArgs {
+    pub(crate) fn denoiser(&self) -> Result<Denoiser, Failure> {
+        let every = Denoiser::every();
+        let name = self.method.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned());
+        let internal = || Failure::Internal(format!("the method {name} has settings that it does not know"));
+        let default = every.iter().find(|method| method.name() == name).ok_or_else(internal)?;
+        let start = match self.preset {
+            PresetArg::Default => default.clone(),
+            PresetArg::Paper => {
+                default.paper().ok_or_else(|| goes_with("--preset paper", |method| method.paper().is_some()))?
+            }
+        };
+        let mut settings = json(&start);
+        for (option, places, value) in self.given() {
+            let slot = places.iter().find(|place| settings.pointer(place).is_some());
+            let slot = slot.and_then(|place| settings.pointer_mut(place));
+            let has_it = |method: &Denoiser| places.iter().any(|place| json(method).pointer(place).is_some());
+            *slot.ok_or_else(|| goes_with(option, has_it))? = value;
+        }
+        serde_json::from_value(settings).map_err(|_| internal())
+    }
+
+    /// Options on the command line: name, where their setting may be, and value.
+    fn given(&self) -> Vec<(&'static str, &'static [&'static str], Value)> {
+        let number = |x: Option<f64>| x.map(Value::from);
+        let count = |n: Option<u32>| n.map(Value::from);
+        let all: [(_, &[_], _); 23] = [
+            ("--iterations", &["/iterations"], count(self.iterations)),
+            ("--step", &["/step"], number(self.step)),
+            ("--inflate", &["/inflate"], number(self.inflate)),
+            ("--time", &["/time"], number(self.time)),
+            ("--solver", &["/solver"], choice::<_, Solver>(self.solver)),
+            ("--weights", &["/weights"], choice::<_, EdgeWeights>(self.weights)),
+            ("--alpha", &["/alpha"], number(self.alpha)),
+            ("--beta", &["/beta"], number(self.beta)),
+            ("--threshold", &["/threshold"], number(self.threshold)),
+            ("--scheme", &["/scheme"], choice::<_, Scheme>(self.scheme)),
+            ("--smoothness", &["/smoothness"], number(self.smoothness)),
+            ("--neighbours", &["/neighbours"], choice::<_, Neighbours>(self.neighbours)),
+            ("--radius", &["/radius"], number(self.radius)),
+            ("--sigma-spatial", &["/sigma_spatial"], number(self.sigma_spatial)),
+            ("--sigma-range", &["/sigma_range"], number(self.sigma_range)),
+            ("--sparsity", &["/sparsity"], number(self.sparsity)),
+            ("--fidelity", &["/fidelity"], number(self.fidelity)),
+            ("--second-order", &["/second_order"], number(self.second_order)),
+            ("--vertex-iterations", &["/vertex_update/iterations"], count(self.vertex_iterations)),
+            ("--closeness", &["/vertex_update/closeness"], number(self.closeness)),
+            ("--motion", &["/vertex_update/motion"], choice::<_, Motion>(self.motion)),
+            ("--fold-overs", &["/vertex_update/fold_overs"], choice::<_, FoldOvers>(self.fold_overs)),
+            ("--boundary", &["/boundary", "/vertex_update/boundary"], choice::<_, Boundary>(self.boundary)),
+        ];
+        all.into_iter().filter_map(|(option, places, value)| Some((option, places, value?))).collect()
+    }
+}
+
+fn choice<A: Into<T>, T: Serialize>(choice: Option<A>) -> Option<Value> {
+    choice.map(|choice| json(&choice.into()))
+}
+
+/// Settings are plain numbers and names, which always have a form in JSON.
+fn json<T: Serialize>(settings: &T) -> Value {
+    serde_json::to_value(settings).unwrap_or(Value::Null)
+}
+
+fn goes_with(option: &str, has_it: impl Fn(&Denoiser) -> bool) -> Failure {
+    let every = Denoiser::every();
+    let methods: Vec<&str> = every.iter().filter(|method| has_it(method)).map(Denoiser::name).collect();
+    Failure::Input(format!("{option} goes with --method {}", methods.join(", ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_knows_every_method_of_the_library() {
+        let names = MethodArg::value_variants().iter().map(|m| m.to_possible_value().unwrap().get_name().to_owned());
+        let every = Denoiser::every();
+        assert_eq!(names.collect::<Vec<_>>(), every.iter().map(Denoiser::name).collect::<Vec<_>>());
+    }
+}

@@ -1,0 +1,75 @@
+//! Methods and their options.
+
+use crate::folder::Folder;
+use crate::mesh::Mesh;
+use serde_json::Value;
+
+const METHODS: [&str; 10] = [
+    "laplacian",
+    "taubin",
+    "hc",
+    "implicit",
+    "bilateral",
+    "sun",
+    "bilateral-normals",
+    "guided-normals",
+    "l0",
+    "tgv-normals",
+];
+
+fn folder() -> Folder {
+    Folder::with("in.obj", Mesh::sphere(8).noisy(0.02).with_defects().obj())
+}
+
+#[test]
+fn every_method_denoises_and_bakes_a_mesh_of_polygons_with_defects() {
+    let folder = folder();
+    for method in METHODS {
+        let report = folder.succeeds_with_json(&format!("denoise in.obj -o out.obj --method {method}"));
+        assert_eq!(report["method"]["name"], method);
+        assert!(report["max_displacement"].as_f64().unwrap() > 0.0, "{method}");
+        folder.succeeds(&format!("bake in.obj -o out --size 64 --method {method}"));
+        assert_eq!(folder.json("out/in.planish.json")["method"], report["method"]);
+    }
+}
+
+#[test]
+fn options_land_where_the_manifest_has_them() {
+    let folder = folder();
+    let method = |options: &str| -> Value {
+        folder.succeeds_with_json(&format!("denoise in.obj -o out.obj --method {options}"))["method"].clone()
+    };
+    let guided = method("guided-normals --iterations 3 --sigma-range 0.5 --vertex-iterations 4 --motion along-normal");
+    assert_eq!([&guided["iterations"], &guided["sigma_range"]], [&Value::from(3), &Value::from(0.5)]);
+    let update = &guided["vertex_update"];
+    assert_eq!([&update["iterations"], &update["motion"]], [&Value::from(4), &Value::from("along-normal")]);
+    assert_eq!(method("sun --boundary free")["vertex_update"]["boundary"], "free");
+    assert_eq!(method("hc --boundary free")["boundary"], "free");
+    // Those of the paper hold nothing back, and options come on top.
+    let paper = method("bilateral-normals --preset paper --sigma-range 0.4");
+    assert_eq!(paper["vertex_update"]["closeness"], 0.0);
+    assert_eq!(paper["vertex_update"]["fold_overs"], "allow");
+    assert_eq!([&paper["iterations"], &paper["sigma_range"]], [&Value::from(20), &Value::from(0.4)]);
+}
+
+#[test]
+fn an_option_of_another_method_is_refused_with_the_methods_it_goes_with() {
+    let folder = folder();
+    for (options, words) in [
+        ("--inflate -0.6", "--inflate goes with --method taubin"),
+        ("--method hc --time 3", "--time goes with --method implicit"),
+        (
+            "--method l0 --closeness 1",
+            "--closeness goes with --method sun, bilateral-normals, guided-normals, tgv-normals",
+        ),
+        ("--method sun --weights uniform", "--weights goes with --method laplacian, taubin, implicit"),
+        ("--method l0 --iterations 3", "--iterations goes with --method laplacian, taubin, hc, implicit, bilateral, "),
+        ("--preset paper", "--preset paper goes with --method hc, bilateral, sun, "),
+    ] {
+        folder.refuses(&format!("denoise in.obj -o new/out.obj {options}"), &[words]);
+        folder.refuses(&format!("bake in.obj -o new {options}"), &[words]);
+    }
+    for option in ["--method sun", "--sigma-range 1", "--closeness 0", "--preset paper", "--boundary free"] {
+        folder.refuses_usage(&format!("bake in.obj -o new --target in.obj {option}"), &["--target"]);
+    }
+}

@@ -1,0 +1,126 @@
+//! Bilateral filter of the heights over each vertex's tangent plane.
+//!
+//! Shachar Fleishman, Iddo Drori, Daniel Cohen-Or. Bilateral mesh denoising. SIGGRAPH 2003.
+//!
+//! With hⱼ = n · (pⱼ − p) one iteration moves p along its normal by Σⱼ wⱼ hⱼ / Σⱼ wⱼ over the vertices within 2σ_c,
+//! wⱼ = exp(−|pⱼ − p|² / 2σ_c²) exp(−hⱼ² / 2σ_s²). The sigmas are automatic: σ_c is the shortest edge at the vertex, σ_s
+//! the standard deviation of the |hⱼ|.
+
+use super::Boundary;
+use super::faces::grow;
+use crate::normals::{self, FaceWeight};
+use crate::progress::{Cancelled, Progress};
+use crate::ragged::Index;
+use crate::surface::Surface;
+use glam::DVec3;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Settings of [`Denoiser::Bilateral`](super::Denoiser::Bilateral).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Bilateral {
+    /// Number of steps.
+    pub iterations: u32,
+    /// What happens at the boundary.
+    pub boundary: Boundary,
+}
+
+impl Bilateral {
+    /// Five steps; the boundary moves.
+    pub fn paper() -> Self {
+        Self { iterations: 5, boundary: Boundary::Free }
+    }
+}
+
+impl Default for Bilateral {
+    /// As in the paper, with a fixed boundary.
+    fn default() -> Self {
+        Self { boundary: Boundary::Fixed, ..Self::paper() }
+    }
+}
+
+/// δ after the last step. #V×3, model units.
+pub(super) fn deltas(
+    surface: &Surface,
+    settings: &Bilateral,
+    progress: &dyn Progress,
+) -> Result<Vec<DVec3>, Cancelled> {
+    let topology = surface.topology();
+    let mut current = surface.clone();
+    for done in 1..=settings.iterations {
+        progress.check()?;
+        let normals = normals::vertex_normals(&current, FaceWeight::Uniform);
+        let step = |list: &mut Vec<Index>, v: Index| {
+            let p = current.positions()[v as usize];
+            let stays = settings.boundary == Boundary::Fixed && topology.is_boundary(v);
+            if stays { p } else { p + normals[v as usize] * lift(&current, v, normals[v as usize], list) }
+        };
+        let vertices = (0..topology.vertex_count() as Index).into_par_iter().with_min_len(256);
+        let next = vertices.map_init(Vec::new, step).collect();
+        current = current.at(next);
+        progress.done(f64::from(done) / f64::from(settings.iterations));
+    }
+    Ok(surface.positions().iter().zip(current.positions()).map(|(p, x)| *p - x).collect())
+}
+
+/// How far a vertex goes along its normal. `list` is room to work in.
+fn lift(surface: &Surface, vertex: Index, normal: DVec3, list: &mut Vec<Index>) -> f64 {
+    let (positions, rings) = (surface.positions(), surface.topology().rings());
+    let p = positions[vertex as usize];
+    let squared = |v: Index| positions[v as usize].distance_squared(p);
+    let nearest = rings.get(vertex).iter().map(|&v| squared(v)).fold(f64::INFINITY, f64::min);
+    // Nothing to smooth at a vertex without neighbours, or on top of one.
+    if !(nearest > 0.0 && nearest.is_finite()) {
+        return 0.0;
+    }
+    list.clear();
+    grow(vertex, list, |v| rings.get(v), |v| squared(v) <= 4.0 * nearest);
+    let height = |v: Index| (positions[v as usize] - p).dot(normal);
+    let count = list.len() as f64;
+    let mean = list.iter().map(|&v| height(v).abs()).sum::<f64>() / count;
+    let variance = list.iter().map(|&v| (height(v).abs() - mean).powi(2)).sum::<f64>() / count;
+    if variance <= 0.0 {
+        return 0.0;
+    }
+    let (sum, total) = list.iter().fold((0.0, 0.0), |(sum, total), &v| {
+        let h = height(v);
+        let w = (-0.5 * (squared(v) / nearest + h * h / variance)).exp();
+        (sum + w * h, total + w)
+    });
+    sum / total
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::noise::{self, Direction, Noise};
+    use crate::progress::Silent;
+    use crate::shapes;
+
+    #[test]
+    fn a_step_goes_along_the_normal() {
+        let surface = shapes::dented_sphere(3);
+        let normals = normals::vertex_normals(&surface, FaceWeight::Uniform);
+        let one = Bilateral { iterations: 1, ..Bilateral::default() };
+        let deltas = deltas(&surface, &one, &Silent).unwrap();
+        assert!(deltas.iter().any(|delta| delta.length() > 1e-3));
+        for (delta, n) in deltas.iter().zip(normals) {
+            // One rounding of a number of size one in p − (p + h n).
+            assert!(delta.cross(n).length() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn noise_on_a_plane_goes_down() {
+        let grid = shapes::grid(20);
+        let noise = Noise { sigma: 0.1, direction: Direction::Normal, share: 1.0, seed: 5 };
+        let lifted = noise::displacements(&grid, &noise);
+        let noisy = grid.at(grid.positions().iter().zip(&lifted).map(|(p, lift)| *p + *lift).collect());
+        let deltas = deltas(&noisy, &Bilateral { boundary: Boundary::Free, ..Bilateral::default() }, &Silent).unwrap();
+        let squares = |heights: &dyn Fn(usize) -> f64| (0..deltas.len()).map(|v| heights(v).powi(2)).sum::<f64>();
+        let (before, after) = (squares(&|v| lifted[v].z), squares(&|v| lifted[v].z - deltas[v].z));
+        // A mean over seven vertices leaves a seventh after one step; weights by height make it less of a mean.
+        assert!(after < before / 3.0, "{before:e} {after:e}");
+    }
+}

@@ -1,0 +1,213 @@
+//! Few edges that are not flat: L0 minimisation.
+//!
+//! Lei He, Scott Schaefer. Mesh denoising via L0 minimization. SIGGRAPH 2013.
+//!
+//! Minimises |p − p⁰|² + α |R(p)|² + β |D(p) − δ|² + λ |δ|₀ in turns, where D is the area-based edge operator (eq. 6),
+//! which vanishes at an edge whose triangles are in one plane, and R = p₁ − p₂ + p₃ − p₄ keeps triangles from folding. In
+//! each round δ is D where |D|² ≥ λ/β and 0 elsewhere, then p solves a linear system; β grows and α shrinks.
+//!
+//! λ = 0.2 ē² γ and α = 0.1 γ, with ē the mean edge length and γ the mean absolute dihedral angle in radians. (The
+//! published code averages the signed angles, which cancel, and so takes almost no λ.)
+
+use super::Boundary;
+use super::conjugate_gradients::{Solve, solve};
+use super::faces::{Faces, Shapes};
+use crate::progress::{Cancelled, Progress};
+use crate::ragged::{Index, Ragged};
+use crate::surface::Surface;
+use glam::DVec3;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Settings of [`Denoiser::L0`](super::Denoiser::L0).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct L0 {
+    /// λ over its automatic value: more makes more edges flat.
+    pub sparsity: f64,
+    /// α over γ in the first round.
+    pub alpha: f64,
+    /// What α is multiplied by after each round.
+    pub alpha_growth: f64,
+    /// β in the first round.
+    pub beta_min: f64,
+    /// Rounds end when β reaches this.
+    pub beta_max: f64,
+    /// What β is multiplied by after each round; above 1.
+    pub beta_growth: f64,
+    /// What happens at the boundary.
+    pub boundary: Boundary,
+}
+
+impl Default for L0 {
+    /// As in the paper. The boundary moves; the first term holds it.
+    fn default() -> Self {
+        Self {
+            sparsity: 1.0,
+            alpha: 0.1,
+            alpha_growth: 0.5,
+            beta_min: 1e-3,
+            beta_max: 1e3,
+            beta_growth: 1.414,
+            boundary: Boundary::Free,
+        }
+    }
+}
+
+/// Whatever β does.
+const MOST_ROUNDS: f64 = 1000.0;
+
+/// δ of the solution. #V×3, model units.
+pub(super) fn deltas(surface: &Surface, settings: &L0, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
+    progress.check()?;
+    let faces = Faces::of(surface);
+    let input = surface.positions();
+    let mut shapes = Shapes::of(&faces, input);
+    let bend = faces.mean_bend(&shapes);
+    let mean_edge = surface.mean_edge();
+    let lambda = settings.sparsity * 0.2 * mean_edge * mean_edge * bend;
+    let (mut alpha, mut beta) = (settings.alpha * bend, settings.beta_min);
+    let stays = |v: Index| settings.boundary == Boundary::Fixed && surface.topology().is_boundary(v);
+    let fixed: Vec<bool> = (0..input.len() as Index).map(stays).collect();
+    let mut edges = Edges::of(&faces, input.len());
+    // The solution is found as a way from the input, which does not depend on where the origin is.
+    let mut way = vec![DVec3::ZERO; input.len()];
+    let mut positions = input.to_vec();
+    let rounds = ((settings.beta_max / beta).ln() / settings.beta_growth.ln()).ceil().clamp(0.0, MOST_ROUNDS) as u32;
+    for done in 1..=rounds {
+        edges.measure(&faces, &shapes, &positions);
+        let threshold = lambda / beta;
+        let at = |points: &[DVec3], e: usize| edges.difference(points, e);
+        // α R(p⁰) and β (D(p⁰) − δ), whose adjoints are minus the right-hand side.
+        let missing = |e: usize| {
+            let jump = at(&positions, e);
+            let kept = if jump.length_squared() >= threshold { jump } else { DVec3::ZERO };
+            [alpha * edges.fold(input, e), beta * (at(input, e) - kept)]
+        };
+        let missing: Vec<_> = (0..edges.coefficients.len()).into_par_iter().with_min_len(1024).map(missing).collect();
+        let right: Vec<DVec3> = (0..input.len())
+            .into_par_iter()
+            .map(|v| if fixed[v] { DVec3::ZERO } else { -edges.gathered(&missing, v) })
+            .collect();
+        let diagonal = (0..input.len()).into_par_iter().map(|v| 1.0 + edges.squares(v, alpha, beta)).collect();
+        let mut products = missing;
+        let system = |x: &[DVec3], out: &mut Vec<DVec3>| {
+            products.par_iter_mut().enumerate().with_min_len(1024).for_each(|(e, product)| {
+                *product = [alpha * edges.fold(x, e), beta * edges.difference(x, e)];
+            });
+            out.par_iter_mut().enumerate().with_min_len(512).for_each(|(v, out)| {
+                *out = if fixed[v] { x[v] } else { x[v] + edges.gathered(&products, v) };
+            });
+        };
+        way = solve(system, diagonal, &right, way, Solve { tolerance: 1e-4, steps: 1000 }, progress)?;
+        positions.par_iter_mut().zip(input).zip(&way).for_each(|((x, p), way)| *x = *p + *way);
+        shapes.measure(&faces, &positions);
+        beta *= settings.beta_growth;
+        alpha *= settings.alpha_growth;
+        progress.done(f64::from(done) / f64::from(rounds));
+    }
+    Ok(way.into_iter().map(|way| -way).collect())
+}
+
+/// Edges with two triangles, and the operators on their four vertices.
+struct Edges {
+    /// p₁ and p₃ are the ends, p₂ and p₄ opposite to them.
+    vertices: Vec<[Index; 4]>,
+    coefficients: Vec<[f64; 4]>,
+    /// Edges at each vertex, and which of the four it is.
+    at: Ragged<(Index, u8)>,
+}
+
+/// R as coefficients.
+const FOLD: [f64; 4] = [1.0, -1.0, 1.0, -1.0];
+
+impl Edges {
+    fn of(faces: &Faces, vertex_count: usize) -> Self {
+        let third = |f: Index, a: Index, b: Index| {
+            let [i, j, k] = faces.triangles[f as usize];
+            if i != a && i != b {
+                i
+            } else if j != a && j != b {
+                j
+            } else {
+                k
+            }
+        };
+        let four = |(&[f, g], &[a, b]): (&[Index; 2], &[Index; 2])| [a, third(g, a, b), b, third(f, a, b)];
+        let vertices: Vec<[Index; 4]> = faces.pairs.iter().zip(&faces.pair_edges).map(four).collect();
+        let slots = (0..).zip(&vertices).flat_map(|(e, four)| (0..4u8).map(move |k| (four[usize::from(k)], (e, k))));
+        let at = Ragged::group(vertex_count, slots);
+        Self { coefficients: vec![[0.0; 4]; vertices.len()], vertices, at }
+    }
+
+    /// D for these positions; zero where it does not exist.
+    fn measure(&mut self, faces: &Faces, shapes: &Shapes, positions: &[DVec3]) {
+        let slots = self.coefficients.par_iter_mut().zip(&self.vertices).zip(&faces.pairs).with_min_len(1024);
+        slots.for_each(|((out, vertices), &[f, g])| {
+            let [p1, p2, p3, p4] = vertices.map(|v| positions[v as usize]);
+            let [area_134, area_123] = [f, g].map(|f| shapes.areas[f as usize]);
+            let total = area_123 + area_134;
+            let scale = p1.distance_squared(p3) * total;
+            *out = [
+                (area_123 * (p4 - p3).dot(p3 - p1) + area_134 * (p1 - p3).dot(p3 - p2)) / scale,
+                area_134 / total,
+                (area_123 * (p3 - p1).dot(p1 - p4) + area_134 * (p2 - p1).dot(p1 - p3)) / scale,
+                area_123 / total,
+            ];
+            if !out.iter().all(|c| c.is_finite()) {
+                *out = [0.0; 4];
+            }
+        });
+    }
+
+    /// D at an edge.
+    fn difference(&self, points: &[DVec3], edge: usize) -> DVec3 {
+        let [a, b, c, d] = self.vertices[edge].map(|v| points[v as usize]);
+        let [w1, w2, w3, w4] = self.coefficients[edge];
+        w1 * a + w2 * b + w3 * c + w4 * d
+    }
+
+    /// R at an edge.
+    fn fold(&self, points: &[DVec3], edge: usize) -> DVec3 {
+        let [a, b, c, d] = self.vertices[edge].map(|v| points[v as usize]);
+        a - b + c - d
+    }
+
+    /// Adjoint of R and D together, at a vertex.
+    fn gathered(&self, of_edges: &[[DVec3; 2]], vertex: usize) -> DVec3 {
+        self.at.get(vertex as Index).iter().fold(DVec3::ZERO, |sum, &(e, k)| {
+            let (e, k) = (e as usize, usize::from(k));
+            sum + FOLD[k] * of_edges[e][0] + self.coefficients[e][k] * of_edges[e][1]
+        })
+    }
+
+    /// Diagonal of α RᵀR + β DᵀD.
+    fn squares(&self, vertex: usize, alpha: f64, beta: f64) -> f64 {
+        let square = |&(e, k): &(Index, u8)| self.coefficients[e as usize][usize::from(k)].powi(2);
+        self.at.get(vertex as Index).iter().map(|slot| alpha + beta * square(slot)).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shapes;
+
+    #[test]
+    fn the_operator_vanishes_on_a_plane_and_not_at_a_bend() {
+        let bend = |lift: f64| {
+            let grid = shapes::grid(4);
+            let bent = grid.positions().iter().map(|p| *p + DVec3::Z * lift * (p.x - 0.5).abs());
+            let surface = grid.at(bent.collect());
+            let faces = Faces::of(&surface);
+            let mut edges = Edges::of(&faces, surface.positions().len());
+            edges.measure(&faces, &Shapes::of(&faces, surface.positions()), surface.positions());
+            let count = edges.vertices.len();
+            let jumps = (0..count).map(|e| edges.difference(surface.positions(), e).length());
+            (jumps.filter(|jump| *jump > 1e-12).count(), count)
+        };
+        assert_eq!(bend(0.0).0, 0);
+        // The four edges along x = ½.
+        assert_eq!(bend(0.3).0, 4);
+    }
+}

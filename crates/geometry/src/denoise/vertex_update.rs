@@ -1,0 +1,266 @@
+//! Vertices that fit given face normals.
+//!
+//! Xianfang Sun, Paul L. Rosin, Ralph R. Martin, Frank C. Langbein. Fast and effective feature-preserving mesh
+//! denoising. TVCG 13 (5), 2007, section 4: descent on Σ_f Σ_{i∈f} (n_f · (c_f − pᵢ))², c_f the centroid, with a step
+//! that cannot overshoot (eq. 12): pᵢ ← pᵢ + 1/|Fᵢ| Σ_{f∈Fᵢ} n_f (n_f · (c_f − pᵢ)).
+//!
+//! Only the normals are given, so vertices may drift; a closeness term w |pᵢ − pᵢ⁰|² / 2 holds them to where they came
+//! from. A step that would turn a triangle away from its normal is not taken at the vertices of that triangle.
+
+use super::Boundary;
+use super::faces::Faces;
+use crate::normals::{self, FaceWeight};
+use crate::progress::{Cancelled, Progress};
+use crate::ragged::Index;
+use crate::surface::Surface;
+use glam::DVec3;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// How vertices follow filtered normals.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct VertexUpdate {
+    /// Number of steps.
+    pub iterations: u32,
+    /// w, in units of one face: 1 pulls as hard as one of the faces around. 0 in the papers.
+    pub closeness: f64,
+    /// What happens at the boundary.
+    pub boundary: Boundary,
+    /// Where vertices may go.
+    pub motion: Motion,
+    /// What happens to steps that fold the surface over.
+    pub fold_overs: FoldOvers,
+}
+
+/// Where vertices may go.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Motion {
+    /// Anywhere.
+    #[default]
+    Free,
+    /// Along the angle-weighted vertex normal of the input, pᵢ − hᵢ nᵢ: a map of heights can hold all of it.
+    AlongNormal,
+}
+
+/// What happens to steps that fold the surface over.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FoldOvers {
+    /// A triangle that faces the way of its normal goes on doing so.
+    #[default]
+    Prevent,
+    /// They are taken, as in the papers.
+    Allow,
+}
+
+impl VertexUpdate {
+    /// What the papers do: no closeness, and folds as they come.
+    pub fn paper(iterations: u32, boundary: Boundary) -> Self {
+        let fold_overs = FoldOvers::Allow;
+        Self { iterations, closeness: 0.0, boundary, motion: Motion::Free, fold_overs }
+    }
+    /// The same with vertices that keep near to the input, and no folds. On most meshes that brings the normals nearer
+    /// to the true ones too.
+    pub fn held(self) -> Self {
+        Self { closeness: 0.05, fold_overs: FoldOvers::Prevent, ..self }
+    }
+}
+
+/// Vertices of one surface that follow one field of normals after the other.
+pub(super) struct Updater<'a> {
+    faces: &'a Faces,
+    settings: VertexUpdate,
+    input: &'a [DVec3],
+    fixed: Vec<bool>,
+    /// Directions of motion; empty where it is free.
+    along: Vec<DVec3>,
+    positions: Vec<DVec3>,
+    next: Vec<DVec3>,
+    centroids: Vec<DVec3>,
+}
+
+impl<'a> Updater<'a> {
+    pub(super) fn new(surface: &'a Surface, faces: &'a Faces, settings: VertexUpdate) -> Self {
+        let along = match settings.motion {
+            Motion::Free => Vec::new(),
+            Motion::AlongNormal => normals::vertex_normals(surface, FaceWeight::Angle),
+        };
+        Self::along(surface, faces, settings, along)
+    }
+
+    /// With directions of motion (#V×3, unit) of the caller's; none for free motion.
+    pub(super) fn along(surface: &'a Surface, faces: &'a Faces, settings: VertexUpdate, along: Vec<DVec3>) -> Self {
+        let topology = surface.topology();
+        let stays = |v: Index| settings.boundary == Boundary::Fixed && topology.is_boundary(v);
+        let input = surface.positions();
+        Self {
+            faces,
+            settings,
+            input,
+            fixed: (0..input.len() as Index).map(|v| stays(v) || faces.around.get(v).is_empty()).collect(),
+            along,
+            positions: input.to_vec(),
+            next: input.to_vec(),
+            centroids: vec![DVec3::ZERO; faces.len()],
+        }
+    }
+
+    /// Where the vertices are. #V×3, model units.
+    pub(super) fn positions(&self) -> &[DVec3] {
+        &self.positions
+    }
+
+    /// δ = p − p*. #V×3, model units.
+    pub(super) fn deltas(&self) -> Vec<DVec3> {
+        self.input.iter().zip(&self.positions).map(|(p, x)| *p - x).collect()
+    }
+
+    /// Takes the steps towards `normals` (#T×3, unit or zero).
+    pub(super) fn follow(&mut self, normals: &[DVec3], progress: &dyn Progress) -> Result<(), Cancelled> {
+        for _ in 0..self.settings.iterations {
+            progress.check()?;
+            self.step(normals);
+            if self.settings.fold_overs == FoldOvers::Prevent {
+                self.take_folds_back(normals);
+            }
+            std::mem::swap(&mut self.positions, &mut self.next);
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, normals: &[DVec3]) {
+        let Self { faces, settings, input, fixed, along, positions, next, centroids } = self;
+        let positions: &[DVec3] = positions;
+        centroids.par_iter_mut().zip(&faces.triangles).with_min_len(2048).for_each(|(centroid, t)| {
+            let [a, b, c] = t.map(|v| positions[v as usize]);
+            *centroid = (a + b + c) / 3.0;
+        });
+        let w = settings.closeness;
+        next.par_iter_mut().enumerate().with_min_len(1024).for_each(|(v, out)| {
+            let p = positions[v];
+            if fixed[v] {
+                *out = p;
+                return;
+            }
+            let around = faces.around.get(v as Index);
+            let pull = around.iter().fold(w * (input[v] - p), |sum, &f| {
+                let n = normals[f as usize];
+                sum + n * n.dot(centroids[f as usize] - p)
+            });
+            let way = pull / (around.len() as f64 + w);
+            *out = p + along.get(v).map_or(way, |n| *n * n.dot(way));
+        });
+    }
+
+    /// Puts vertices of `next` back until no triangle has turned away from its normal. Each round puts one back at
+    /// least, and a triangle whose vertices are all back is as it was, so this ends.
+    fn take_folds_back(&mut self, normals: &[DVec3]) {
+        let Self { faces, positions, next, .. } = self;
+        let faces_normal = |f: Index, points: &[DVec3]| {
+            let [a, b, c] = faces.triangles[f as usize].map(|v| points[v as usize]);
+            (b - a).cross(c - a).dot(normals[f as usize]) > 0.0
+        };
+        let turned = |f: &Index, next: &[DVec3]| !faces_normal(*f, next) && faces_normal(*f, positions);
+        let all = (0..faces.len() as Index).into_par_iter().with_min_len(2048);
+        let mut folded: Vec<Index> = all.filter(|f| turned(f, next)).collect();
+        while let Some(f) = folded.pop() {
+            if !turned(&f, next) {
+                continue;
+            }
+            for v in faces.triangles[f as usize] {
+                if next[v as usize] != positions[v as usize] {
+                    next[v as usize] = positions[v as usize];
+                    folded.extend(faces.around.get(v));
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::denoise::faces::Shapes;
+    use crate::noise::{self, Noise};
+    use crate::progress::Silent;
+    use crate::shapes;
+
+    const SETTINGS: VertexUpdate = VertexUpdate {
+        iterations: 100,
+        closeness: 0.0,
+        boundary: Boundary::Fixed,
+        motion: Motion::Free,
+        fold_overs: FoldOvers::Prevent,
+    };
+
+    /// A sphere, the same with noise, and its faces.
+    fn noisy(sigma: f64) -> (Surface, Surface, Faces) {
+        let sphere = shapes::sphere(3);
+        let noise = Noise { sigma, direction: noise::Direction::Normal, share: 1.0, seed: 3 };
+        let lifted = noise::displacements(&sphere, &noise);
+        let noisy = sphere.at(sphere.positions().iter().zip(lifted).map(|(p, d)| *p + d).collect());
+        let faces = Faces::of(&sphere);
+        (sphere, noisy, faces)
+    }
+
+    fn off(faces: &Faces, positions: &[DVec3], normals: &[DVec3]) -> f64 {
+        let found = Shapes::of(faces, positions).normals;
+        found.iter().zip(normals).map(|(a, b)| a.angle_between(*b).to_degrees()).sum::<f64>() / faces.len() as f64
+    }
+
+    #[test]
+    fn vertices_reach_normals_that_a_surface_has() {
+        let (clean, noisy, faces) = noisy(0.2);
+        let normals = Shapes::of(&faces, clean.positions()).normals;
+        for (motion, bound) in [(Motion::Free, 0.2), (Motion::AlongNormal, 0.6)] {
+            let mut updater = Updater::new(&noisy, &faces, VertexUpdate { motion, ..SETTINGS });
+            updater.follow(&normals, &Silent).unwrap();
+            // From 21°; along the noisy normals there are fewer ways to go.
+            let left = off(&faces, updater.positions(), &normals);
+            assert!(left < bound, "{motion:?}: {left}");
+        }
+    }
+
+    #[test]
+    fn along_the_normal_means_along_it() {
+        let (clean, noisy, faces) = noisy(0.2);
+        let target = Shapes::of(&faces, clean.positions()).normals;
+        let mut updater = Updater::new(&noisy, &faces, VertexUpdate { motion: Motion::AlongNormal, ..SETTINGS });
+        updater.follow(&target, &Silent).unwrap();
+        for (delta, n) in updater.deltas().iter().zip(normals::vertex_normals(&noisy, FaceWeight::Angle)) {
+            // Sums of a hundred steps.
+            assert!(delta.cross(n).length() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn closeness_holds_vertices_back() {
+        let (clean, noisy, faces) = noisy(0.2);
+        let target = Shapes::of(&faces, clean.positions()).normals;
+        let moved = [0.0, 0.5, 5.0].map(|closeness| {
+            let mut updater = Updater::new(&noisy, &faces, VertexUpdate { closeness, ..SETTINGS });
+            updater.follow(&target, &Silent).unwrap();
+            updater.deltas().iter().map(|d| d.length()).sum::<f64>()
+        });
+        assert!(moved[0] > moved[1] && moved[1] > moved[2] && moved[2] > 0.0, "{moved:?}");
+    }
+
+    #[test]
+    fn no_triangle_is_turned_over_where_that_is_prevented() {
+        // Normals that nothing can have, in all directions.
+        let (_, noisy, faces) = noisy(0.4);
+        let before = Shapes::of(&faces, noisy.positions()).normals;
+        let target: Vec<DVec3> = before.iter().map(|n| (*n + 0.9 * DVec3::new(n.y, n.z, n.x)).normalize()).collect();
+        let turned = |fold_overs| {
+            let mut updater = Updater::new(&noisy, &faces, VertexUpdate { fold_overs, ..SETTINGS });
+            updater.follow(&target, &Silent).unwrap();
+            let after = Shapes::of(&faces, updater.positions()).normals;
+            let turned = |f: &usize| before[*f].dot(target[*f]) > 0.0 && after[*f].dot(target[*f]) <= 0.0;
+            (0..faces.len()).filter(turned).count()
+        };
+        assert_eq!(turned(FoldOvers::Prevent), 0);
+        assert!(turned(FoldOvers::Allow) > 0);
+    }
+}
