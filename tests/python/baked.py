@@ -119,9 +119,10 @@ class Bake:
 
 
 def read_image(path):
-    """Texels of a grey image, whole numbers as shares of the largest, in single precision."""
+    """Texels of an image, whole numbers as shares of the largest, in single precision: rows x columns, x 3 if in colour."""
     if path.suffix == ".exr":
-        texels = OpenEXR.File(str(path)).channels()["Y"].pixels
+        channels = OpenEXR.File(str(path)).channels()
+        texels = (channels.get("Y") or channels["RGB"]).pixels
     else:
         with Image.open(path) as image:
             texels = np.asarray(image)

@@ -26,6 +26,8 @@ CASES = [
     pytest.param(SPOT, "uvs", ("--bits", "32"), id="spot-uv-32"),
     pytest.param(DUCK, "uvs", ("--layout", "vertex", "--bits", "32"), id="duck-vertex-32"),
     pytest.param(DUCK, "bare", ("--layout", "vertex", "--bits", "16"), id="bare-vertex-16"),
+    pytest.param(DUCK, "uvs", ("--map", "vector", "--bits", "32"), id="duck-vector-uv"),
+    pytest.param(DUCK, "uvs", ("--map", "vector", "--layout", "vertex", "--bits", "16"), id="duck-vector-vertex"),
 ]
 
 
