@@ -10,7 +10,7 @@ use glam::Vec3;
 use planish_geometry::apply::{self, Places, ShaderVertex};
 use planish_geometry::bundle;
 use planish_geometry::displacement::{Displacement, MapKind};
-use planish_geometry::manifest::{self, Manifest};
+use planish_geometry::manifest::{self, Manifest, UvSource};
 use planish_geometry::model::Model;
 use planish_geometry::obj::Obj;
 use planish_geometry::progress::Progress as _;
@@ -81,6 +81,11 @@ fn shader_vertices(obj: &Obj, manifest: &Manifest, mesh: &Path, named_in: &Path)
             manifest.source.file,
             manifest.carrier.obj
         );
+        return Err(Failure::at(mesh, reason));
+    }
+    if !is_carrier && manifest.displacement.uvs == UvSource::Unwrapped {
+        let carrier = &manifest.carrier.obj;
+        let reason = format!("lacks the texture coordinates of the map, which were made with it; use its carrier {carrier}");
         return Err(Failure::at(mesh, reason));
     }
     if let Some([v, vt]) = dominant.iter().find(|pair| !named(pair)) {
