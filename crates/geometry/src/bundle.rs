@@ -377,7 +377,8 @@ pub fn check(
 ) -> Result<Report, BakeError> {
     progress.stage("layout");
     let entry = &manifest.displacement;
-    let unwrapped = (entry.uvs == UvSource::Unwrapped).then(|| with_uvs_of(model, carrier, manifest.welding)).transpose()?;
+    let unwrapped =
+        (entry.uvs == UvSource::Unwrapped).then(|| with_uvs_of(model, carrier, manifest.welding)).transpose()?;
     let model = unwrapped.as_ref().unwrap_or(model);
     let atlas = match model.atlas() {
         Err(AtlasError::NoUvs) if entry.layout == Layout::Vertex => None,

@@ -84,8 +84,11 @@ fn shader_vertices(obj: &Obj, manifest: &Manifest, mesh: &Path, named_in: &Path)
         return Err(Failure::at(mesh, reason));
     }
     if !is_carrier && manifest.displacement.uvs == UvSource::Unwrapped {
-        let carrier = &manifest.carrier.obj;
-        let reason = format!("lacks the texture coordinates of the map, which were made with it; use its carrier {carrier}");
+        let carrier = named_in.with_file_name(&manifest.carrier.obj);
+        let reason = format!(
+            "lacks the texture coordinates of the map, which the bake made; use the carrier {}",
+            carrier.display()
+        );
         return Err(Failure::at(mesh, reason));
     }
     if let Some([v, vt]) = dominant.iter().find(|pair| !named(pair)) {

@@ -38,7 +38,8 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
         return Err(Failure::Input(reason.to_owned()));
     }
     if layout == LayoutChoice::Unwrap && !bundle::CAN_UNWRAP {
-        let reason = "--layout unwrap is not in this planish; build it with: cargo install --path crates/bake --features unwrap";
+        let reason =
+            "--layout unwrap is not in this planish; build it with: cargo install --path crates/bake --features unwrap";
         return Err(Failure::Input(reason.to_owned()));
     }
     let input = &args.input;

@@ -15,3 +15,4 @@ mod report;
 mod streams;
 #[cfg(unix)]
 mod unix;
+mod unwrap;

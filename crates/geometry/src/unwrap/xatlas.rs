@@ -145,7 +145,11 @@ fn work(
             Scale::About(side) => (side, 0.0),
             Scale::TexelsPerUnit(texels) => (0, texels),
         };
-        xatlas.pack_charts(&PackOptions { resolution, texels_per_unit, padding: gutter, ..PackOptions::default() });
+        // What it calls rotation swaps u and v, and so turns charts over.
+        let rotate_charts = false;
+        let options =
+            PackOptions { resolution, texels_per_unit, rotate_charts, padding: gutter, ..PackOptions::default() };
+        xatlas.pack_charts(&options);
         // Without charts there are no arrays to look at.
         if shared.cancelled.load(Ordering::Relaxed) || xatlas.chart_count() == 0 {
             return;
