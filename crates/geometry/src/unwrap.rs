@@ -7,8 +7,10 @@ mod corners;
 mod xatlas;
 
 use crate::model::Model;
+use crate::polygon;
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
+use crate::surface::Surface;
 use glam::{DVec3, Vec2};
 use xatlas::{Packing, Scale, Session, Triangles};
 
@@ -21,7 +23,7 @@ const MEAN_EDGE: f64 = 1000.0;
 
 /// Times that charts are cut anew so that no polygon lies in two of them.
 const CUTS: u32 = 8;
-/// From this time on a polygon that is still cut gets a chart of its own.
+/// From this time on a polygon that is still cut (folded sharply, say) becomes a chart of its own.
 const CUTS_TOGETHER: u32 = 4;
 
 /// Times that charts are packed to find the largest scale that fits.
@@ -79,19 +81,17 @@ impl<'a> Charts<'a> {
         if !scale.is_finite() || surface.area() <= 0.0 {
             return Err(UnwrapError::NoArea);
         }
-        let place = |p: &DVec3| ((*p - (low + high) / 2.0) * scale).as_vec3().to_array();
-        let positions: Vec<f32> = positions.iter().flat_map(place).collect();
-        let indices: Vec<Index> = surface.triangles().flatten().collect();
+        let centre = (low + high) / 2.0;
+        let surface = surface.at(positions.iter().map(|p| (*p - centre) * scale).collect());
+        let faces = surface.topology().faces().len();
+        let has_polygons = surface.triangle_corners().len() > faces;
         // The region of each face: no chart may leave it.
-        let mut regions = vec![0; surface.topology().faces().len()];
+        let mut regions = vec![0; faces];
+        let mut alone = vec![false; faces];
         let mut split = Vec::new();
         for cut in 0..CUTS {
-            let of_triangle = |t: &[Index; 3]| regions[surface.topology().face(t[0]) as usize];
-            let regions_of_triangles = surface.triangle_corners().iter().map(of_triangle).collect();
-            let triangles =
-                Triangles { positions: positions.clone(), indices: indices.clone(), regions: regions_of_triangles };
-            let session = Session::cut(triangles, GUTTER, progress)?;
-            if indices.len() == 3 * regions.len() {
+            let session = Session::cut(triangles(&surface, &regions, &alone), GUTTER, progress)?;
+            if !has_polygons {
                 return Ok(Self { model, session });
             }
             let packing = session.pack(Scale::About(COARSE), progress)?;
@@ -106,9 +106,12 @@ impl<'a> Charts<'a> {
                 regions[surface.topology().face(t[0]) as usize] = chart.map_or(0, |chart| chart + 1);
             }
             if cut >= CUTS_TOGETHER {
-                let charts = packing.vertices.len() as Index;
-                (charts + 1..).zip(&split).for_each(|(own, &f)| regions[f as usize] = own);
+                split.iter().for_each(|&f| alone[f as usize] = true);
             }
+            // Chart numbers are below the number of vertices.
+            let free = packing.vertices.len() as u32 + 1;
+            let of_faces = regions.iter_mut().zip(&alone).zip(free..);
+            of_faces.filter(|((_, alone), _)| **alone).for_each(|((region, _), own)| *region = own);
         }
         Err(UnwrapError::Split { faces: split.len() })
     }
@@ -121,7 +124,7 @@ impl<'a> Charts<'a> {
         let mut too_many = f32::INFINITY;
         for _ in 0..PACKINGS {
             let packing = self.session.pack(scale, progress)?;
-            let (share, texels) = (f64::from(packing.extent) / f64::from(side), packing.texels_per_unit);
+            let (share, texels) = (f64::from(packing.extent + 2 * GUTTER) / f64::from(side), packing.texels_per_unit);
             if share <= 1.0 {
                 let better = best.as_ref().is_none_or(|b| b.texels_per_unit < texels);
                 best = if better { Some(packing) } else { best };
@@ -141,6 +144,28 @@ impl<'a> Charts<'a> {
             let (uvs, corners) = corners::of_file(self.model, &packing, side);
             Unwrapped { uvs, corners }
         }))
+    }
+}
+
+/// What xatlas gets. Faces that stand alone have vertices of their own, in their own plane.
+fn triangles(surface: &Surface, regions: &[u32], alone: &[bool]) -> Triangles {
+    let topology = surface.topology();
+    let mut positions = surface.positions().to_vec();
+    let mut vertices: Vec<Index> = topology.faces().items().to_vec();
+    for f in (0..regions.len() as Index).filter(|&f| alone[f as usize]) {
+        let corners = topology.faces().range(f);
+        let points: Vec<DVec3> = corners.clone().map(|c| surface.at_corner(c as Index)).collect();
+        let normal = polygon::newell(points.iter().copied()).normalize_or_zero();
+        for (corner, p) in corners.zip(&points) {
+            vertices[corner] = positions.len() as Index;
+            positions.push(*p - (*p - points[0]).dot(normal) * normal);
+        }
+    }
+    let triangles = surface.triangle_corners().iter();
+    Triangles {
+        positions: positions.iter().flat_map(|p| p.as_vec3().to_array()).collect(),
+        indices: triangles.clone().flatten().map(|&c| vertices[c as usize]).collect(),
+        regions: triangles.map(|t| regions[topology.face(t[0]) as usize]).collect(),
     }
 }
 

@@ -1,5 +1,6 @@
 //! From corners of triangles to corners of the file, of which each has one place.
 
+use super::GUTTER;
 use super::xatlas::Packing;
 use crate::model::Model;
 use crate::ragged::{Index, Ragged};
@@ -56,7 +57,7 @@ pub(super) fn of_file(model: &Model, packing: &Packing, side: u32) -> (Vec<Vec2>
         let line = &mut line[*corner as usize];
         if *line == ABSENT {
             *line = uvs.len() as Index;
-            uvs.push((points[*corner as usize] / side as f32).clamp(Vec2::ZERO, Vec2::ONE));
+            uvs.push(((points[*corner as usize] + GUTTER as f32) / side as f32).clamp(Vec2::ZERO, Vec2::ONE));
         }
         *corner = *line;
     }
@@ -96,7 +97,7 @@ fn complete(
         let before = (1..n).map(|d| (k + n - d) % n).find(|&j| at[j] != ABSENT);
         let after = (1..n).map(|d| (k + d) % n).find(|&j| at[j] != ABSENT);
         let point = match before.zip(after) {
-            None => Vec2::ZERO,
+            None => Vec2::splat(-(GUTTER as f32)),
             Some((i, j)) => {
                 let t = along(position(i), position(j), position(k));
                 points[at[i] as usize].lerp(points[at[j] as usize], t)

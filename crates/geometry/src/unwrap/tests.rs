@@ -59,7 +59,7 @@ fn meshes() -> [Model; 3] {
         let [a, b] = [at(row, column), at(row, column + 1)];
         writeln!(tube, "f {a} {b} {} {}", at(row + 1, column + 1), at(row + 1, column)).unwrap();
     }
-    [model(&file(&shapes::dented_sphere(4))), model(&file(&shapes::cube())), model(&tube)]
+    [model(&file(&shapes::dented_sphere(3))), model(&file(&shapes::cube())), model(&tube)]
 }
 
 /// Chart of each texel that belongs to one.
@@ -130,7 +130,7 @@ fn the_same_mesh_gives_the_same_bits() {
 
 #[test]
 fn it_stops_when_asked_to() {
-    let model = model(&file(&shapes::sphere(5)));
+    let model = model(&file(&shapes::sphere(3)));
     let cut = Charts::cut(&model, model.surface().positions(), &Stopped);
     assert!(matches!(cut, Err(UnwrapError::Cancelled(_))));
     let charts = Charts::cut(&model, model.surface().positions(), &Silent).unwrap();
@@ -154,8 +154,6 @@ fn what_cannot_be_laid_out_is_named() {
     let flat = model("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
     let cut = Charts::cut(&flat, flat.surface().positions(), &Silent);
     assert!(matches!(cut, Err(UnwrapError::NoArea)));
-    let empty = model("v 0 0 0\n");
-    assert!(matches!(Charts::cut(&empty, empty.surface().positions(), &Silent), Err(UnwrapError::NoArea)));
     // Six charts with two free texels each all around take more than seven texels a side.
     let cube = model(&file(&shapes::cube()));
     let charts = Charts::cut(&cube, cube.surface().positions(), &Silent).unwrap();
