@@ -1,5 +1,6 @@
 //! Every method answers one question: how far is each vertex off?
 
+mod auto;
 mod bilateral;
 mod bilateral_normals;
 mod conjugate_gradients;
@@ -9,10 +10,14 @@ mod hc;
 mod implicit;
 mod l0;
 mod laplacian;
+mod map;
+mod noise_level;
 mod sun;
 mod taubin;
+mod umbrella;
 mod vertex_update;
 
+pub use auto::{Auto, Candidate, Choice, choose};
 pub use bilateral::Bilateral;
 pub use bilateral_normals::{BilateralNormals, Neighbours, Scheme};
 pub use guided_normals::GuidedNormals;
@@ -20,6 +25,8 @@ pub use hc::Hc;
 pub use implicit::{Implicit, Solver};
 pub use l0::L0;
 pub use laplacian::{Boundary, EdgeWeights, Laplacian};
+pub use map::{Map, Prior};
+pub use noise_level::NoiseLevel;
 pub use sun::Sun;
 pub use taubin::Taubin;
 pub use vertex_update::{FoldOvers, Motion, VertexUpdate};
@@ -52,6 +59,10 @@ pub enum Denoiser {
     GuidedNormals(GuidedNormals),
     /// As few edges that are not flat as possible.
     L0(L0),
+    /// The most probable surface, where normals turn evenly but for creases.
+    Map(Map),
+    /// Whatever the mesh seems to need.
+    Auto(Auto),
 }
 
 impl Default for Denoiser {
@@ -74,6 +85,8 @@ impl Denoiser {
             Self::BilateralNormals(settings) => bilateral_normals::deltas(surface, settings, progress),
             Self::GuidedNormals(settings) => guided_normals::deltas(surface, settings, progress),
             Self::L0(settings) => l0::deltas(surface, settings, progress),
+            Self::Map(settings) => map::deltas(surface, settings, progress),
+            Self::Auto(settings) => auto::deltas(surface, settings, progress),
         }
     }
     /// p*ᵢ = pᵢ − δᵢ. #V×3, model units.
