@@ -1,11 +1,13 @@
 //! Chooses for itself.
 
 mod candidates;
+mod patches;
 mod risk;
+mod trial;
 
 pub use candidates::Candidate;
 
-use super::map::{Linear, Net, Run};
+use super::map::{Net, Prior, Run};
 use super::noise_level::{self, Look, NoiseLevel};
 use super::umbrella::Freedom;
 use super::{Boundary, Motion};
@@ -13,9 +15,9 @@ use crate::progress::{Cancelled, Progress};
 use crate::surface::Surface;
 use glam::DVec3;
 use rayon::prelude::*;
-use risk::Judge;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use trial::Trial;
 
 /// Settings of [`Denoiser::Auto`](super::Denoiser::Auto).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -63,52 +65,54 @@ pub fn choose(surface: &Surface, settings: &Auto, progress: &dyn Progress) -> Re
     let net = Net::of(surface);
     let look = Look::at(surface, &net, progress)?;
     let input = surface.positions();
-    let sigma = look.sigma();
+    let sigma = look.sigma() * noise_level::knob("SIGF", 1.0);
     let mut choice = Choice { noise: look.level, mixture: Vec::new() };
-    if !(sigma > noise_level::NOTHING && look.mean_edge > 0.0) {
+    if !(sigma > noise_level::NOTHING && noise_level::knob("LOOK", 0.0) == 0.0 && look.mean_edge > 0.0) {
         return Ok((vec![DVec3::ZERO; input.len()], choice));
     }
     let freedom = Freedom::of(surface, settings.motion, settings.boundary);
-    let run = Run { net: &net, freedom: &freedom, sigma, mean_edge: look.mean_edge, steps: 40 };
-    let candidates = candidates::all();
-    let length = sigma * look.mean_edge;
-    let epsilon = 0.3 * length;
-    let along: Vec<DVec3> =
-        noise_level::gaussians(input.len(), 7).iter().zip(&look.normals).map(|(g, n)| g.x * *n).collect();
-    let probed: Vec<DVec3> = input.iter().zip(&along).map(|(p, b)| *p + epsilon * *b).collect();
-    let inputs = [input, &probed];
-    let starts = inputs.map(|x| net.umbrella.smoothed(x, look.smoothing, &freedom, progress));
-    let [start, probed_start] = starts;
-    let starts = [start?, probed_start?];
-    let jobs: Vec<(usize, usize)> = (0..candidates.len()).flat_map(|k| [(k, 0), (k, 1)]).collect();
-    let ways = jobs
-        .par_iter()
-        .map(|&(k, probe)| candidates[k].ways(&run, inputs[probe], &starts[probe], progress))
-        .collect::<Result<Vec<_>, _>>()?;
-    let mean = |v: usize| input[v] + ways.iter().step_by(2).map(|w| w[v]).sum::<DVec3>() / candidates.len() as f64;
-    let mean: Vec<DVec3> = (0..input.len()).map(mean).collect();
-    let mut linear = Linear::default();
-    linear.measure(&net, &mean, 3.0 / look.mean_edge);
-    let mut probe = vec![DVec3::ZERO; net.faces.len()];
-    linear.change(&net, &along, &mut probe);
-    let judge = Judge { net: &net, linear, probe, variance: 2.0 * length * length };
-    let seen: Vec<_> = ways
-        .par_chunks(2)
-        .map(|pair| {
-            let response: Vec<DVec3> =
-                (0..input.len()).map(|v| along[v] + (pair[1][v] - pair[0][v]) / epsilon).collect();
-            judge.see(&pair[0], &response)
-        })
-        .collect();
-    let mut weights = risk::weights(&judge, &seen, 0.5)?;
-    if look.level.inflation() > 1.5 {
-        weights.fill(0.0);
-        weights[1] = 1.0;
-    }
-    let mut result: Vec<DVec3> = (0..input.len())
-        .map(|v| input[v] + weights.iter().zip(ways.iter().step_by(2)).map(|(w, ways)| *w * ways[v]).sum::<DVec3>())
-        .collect();
+    let run = Run { net: &net, freedom: &freedom, sigma, mean_edge: look.mean_edge, steps: noise_level::knob("CG", 40.0) as u32 };
+    let whole = Trial { run, input, normals: &look.normals, smoothing: look.smoothing, judged: &[] };
+    let mut candidates = candidates::all();
+    let part = patches::part(surface, &net);
+    let (shares, ways) = if look.level.inflation() > 1.5 {
+        candidates = vec![Candidate::Map(Prior::default())];
+        (vec![1.0], None)
+    } else if let Some(part) = part {
+        let freedom = freedom.of_part(&part.vertices);
+        let normals: Vec<DVec3> = part.vertices.iter().map(|&v| look.normals[v as usize]).collect();
+        let run = Run { net: &part.net, freedom: &freedom, ..run };
+        let judged = &part.judged;
+        let trial = Trial { run, input: part.surface.positions(), normals: &normals, judged, ..whole };
+        (trial.shares(&candidates, progress)?.0, None)
+    } else {
+        let (shares, ways) = whole.shares(&candidates, progress)?;
+        (shares, Some(ways))
+    };
+    let ways = match ways {
+        Some(ways) => ways,
+        None => {
+            let start = whole.start(input, progress)?;
+            let one = |(candidate, share): (&Candidate, &f64)| match *share > SMALL {
+                true => candidate.ways(&run, input, &start, progress),
+                false => Ok(Vec::new()),
+            };
+            candidates.par_iter().zip(&shares).map(one).collect::<Result<Vec<_>, _>>()?
+        }
+    };
+    let total: f64 = shares.iter().filter(|share| **share > SMALL).sum();
+    choice.mixture =
+        candidates.into_iter().zip(shares.iter().map(|share| if *share > SMALL { share / total } else { 0.0 })).collect();
+    let mixed = |v: usize| {
+        let used = choice.mixture.iter().zip(&ways).filter(|((_, share), _)| *share > 0.0);
+        used.map(|((_, share), ways)| *share * ways[v]).sum::<DVec3>()
+    };
+    let ways: Vec<DVec3> = (0..input.len()).map(mixed).collect();
+    let mut result: Vec<DVec3> = input.iter().zip(&ways).map(|(p, way)| *p + way).collect();
     net.take_folds_back(input, &mut result);
-    choice.mixture = candidates.into_iter().zip(weights).collect();
-    Ok((input.iter().zip(&result).map(|(p, x)| *p - x).collect(), choice))
+    let back = |((p, way), x): ((&DVec3, &DVec3), &DVec3)| if x == p { DVec3::ZERO } else { -*way };
+    Ok((input.iter().zip(&ways).zip(&result).map(back).collect(), choice))
 }
+
+/// Candidates with a smaller share are left out.
+const SMALL: f64 = 0.03;

@@ -61,6 +61,31 @@ impl Look {
         let coarse = coarse(net, input, &normals, progress)?;
         let [fine, tail, coarse] =
             [fine, tail, coarse].map(|x| if mean_edge > 0.0 && x.is_finite() { x / mean_edge } else { 0.0 });
+        if knob("LOOK", 0.0) > 0.0 {
+            let white = gaussians(input.len(), 3);
+            let up = |x: &[DVec3]| -> Vec<DVec3> { (0..x.len()).into_par_iter().map(|v| net.umbrella.at(x, v)).collect() };
+            let (mut a, mut w) = (input.to_vec(), white.clone());
+            for k in 1..=4 {
+                a = up(&a);
+                w = up(&w);
+                let ok: Vec<usize> = finest.vertices.iter().map(|v| v.0 as usize).collect();
+                let h: Vec<f64> = (0..a.len()).map(|v| normals[v].dot(a[v])).collect();
+                let hh: Vec<f64> = ok.iter().map(|&v| h[v].abs()).collect();
+                let ww: Vec<f64> = ok.iter().flat_map(|&v| w[v].abs().to_array()).collect();
+                let opp = |h: &dyn Fn(usize) -> f64| { let e = surface.topology().edges(); e.iter().filter(|e| h(e[0] as usize) * h(e[1] as usize) < 0.0).count() as f64 / e.len() as f64 };
+                let (m, t) = deviations(&hh); let (mw, tw) = deviations(&ww);
+                eprint!("U{k}: {:.4}/{:.4} opp {:.3}/{:.3}  ", m / mw / mean_edge, t / tw / mean_edge, opp(&|v| h[v]), opp(&|v| w[v].x));
+            }
+            let mut prev = input.to_vec(); let mut pw = white.clone();
+            for mu in [0.1, 0.5, 4.0, 30.0, 200.0] {
+                let x = net.umbrella.smoothed(input, mu, &free, progress)?; let y = net.umbrella.smoothed(&white, mu, &free, progress)?;
+                let hh: Vec<f64> = finest.vertices.iter().map(|v| { let v = v.0 as usize; normals[v].dot(prev[v] - x[v]).abs() }).collect();
+                let ww: Vec<f64> = finest.vertices.iter().flat_map(|v| { let v = v.0 as usize; (pw[v] - y[v]).abs().to_array() }).collect();
+                eprint!("b{mu} {:.4} ", deviations(&hh).0 / deviations(&ww).0 / mean_edge);
+                prev = x; pw = y;
+            }
+            eprintln!();
+        }
         Ok(Self { level: NoiseLevel { fine, tail, coarse }, mean_edge, smoothing, normals })
     }
 
@@ -152,4 +177,8 @@ pub(super) fn gaussians(count: usize, seed: u64) -> Vec<DVec3> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut one = || -> f64 { StandardNormal.sample(&mut random) };
     (0..count).map(|_| DVec3::new(one(), one(), one())).collect()
+}
+
+pub(super) fn knob(name: &str, default: f64) -> f64 {
+    std::env::var(name).ok().and_then(|x| x.parse().ok()).unwrap_or(default)
 }

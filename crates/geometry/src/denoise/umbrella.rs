@@ -121,6 +121,15 @@ impl Freedom {
         Self { fixed, along }
     }
 
+    /// The same for these vertices alone.
+    pub(super) fn of_part(&self, vertices: &[Index]) -> Self {
+        let at = |v: &Index| *v as usize;
+        Self {
+            fixed: if self.fixed.is_empty() { Vec::new() } else { vertices.iter().map(|v| self.fixed[at(v)]).collect() },
+            along: if self.along.is_empty() { Vec::new() } else { vertices.iter().map(|v| self.along[at(v)]).collect() },
+        }
+    }
+
     /// The part of a way that vertex v may go.
     pub(super) fn projected(&self, v: usize, way: DVec3) -> DVec3 {
         if self.fixed.get(v).is_some_and(|fixed| *fixed) {

@@ -8,8 +8,7 @@
 //! |A (y − p)|² + 2σ² (A b)·(A (y(p + ε b) − y(p)) / ε), with b standard Gaussian along the normals, is the squared error
 //! of its normals but for a constant that is the same for all results.
 
-use super::super::map::{Linear, Net};
-use crate::progress::Cancelled;
+use crate::denoise::map::{Linear, Net};
 use glam::DVec3;
 
 /// One result, as changes of the face normals.
@@ -25,42 +24,57 @@ pub(super) struct Judge<'a> {
     pub(super) net: &'a Net,
     /// A, at the mean of the results.
     pub(super) linear: Linear,
-    /// A b. #T×3
-    pub(super) probe: Vec<DVec3>,
     /// 2σ², square model units.
     pub(super) variance: f64,
+    /// Which triangles count; all where it is empty.
+    pub(super) judged: &'a [bool],
+}
+
+impl Seen {
+    /// Risk at each triangle, square unit length. #T
+    pub(super) fn risks(&self) -> Vec<f64> {
+        self.residuals.iter().zip(&self.divergences).map(|(r, d)| r.length_squared() + d).collect()
+    }
 }
 
 impl Judge<'_> {
-    /// `ways` of a result, and how they change with the probe (dy = b + change of the way). #V×3, model units.
-    pub(super) fn see(&self, ways: &[DVec3], response: &[DVec3]) -> Seen {
-        let mut residuals = vec![DVec3::ZERO; self.net.faces.len()];
-        let mut turned = residuals.clone();
-        self.linear.change(self.net, ways, &mut residuals);
-        self.linear.change(self.net, response, &mut turned);
-        let divergences = turned.iter().zip(&self.probe).map(|(a, b)| self.variance * a.dot(*b)).collect();
-        Seen { residuals, divergences }
+    /// `ways` of a result, and how it moves with each probe, dy. #V×3, model units.
+    pub(super) fn see(&self, ways: &[DVec3], responses: &[Vec<DVec3>], probes: &[Vec<DVec3>]) -> Seen {
+        let changed = |ways: &[DVec3]| {
+            let mut out = vec![DVec3::ZERO; self.net.faces.len()];
+            self.linear.change(self.net, ways, &mut out);
+            out
+        };
+        let mut divergences = vec![0.0; self.net.faces.len()];
+        let share = self.variance / responses.len() as f64;
+        for (response, probe) in responses.iter().zip(probes) {
+            let (turned, probe) = (changed(response), changed(probe));
+            divergences.iter_mut().zip(turned.iter().zip(&probe)).for_each(|(sum, (a, b))| *sum += share * a.dot(*b));
+        }
+        Seen { residuals: changed(ways), divergences }
     }
 
     /// Risk of the mean of two results minus that of a third, square degrees. Slivers count by their area, and the least and
     /// the largest are left out: faces that have turned over say nothing.
-    pub(super) fn difference(&self, [a, b]: [&Seen; 2], reference: &Seen) -> f64 {
+    pub(super) fn difference(&self, [a, b]: [&Seen; 2], reference: &[f64]) -> f64 {
         const TRIMMED: f64 = 0.02;
         let count = self.net.faces.len();
         let mean_area = self.linear.areas.iter().sum::<f64>() / count.max(1) as f64;
         let one = |f: usize| {
             let mean = 0.5 * (a.residuals[f] + b.residuals[f]);
             let risk = mean.length_squared() + 0.5 * (a.divergences[f] + b.divergences[f]);
-            let other = reference.residuals[f].length_squared() + reference.divergences[f];
-            (risk - other) * (self.linear.areas[f] / mean_area).min(1.0)
+            (risk - reference[f]) * (self.linear.areas[f] / mean_area).min(1.0)
         };
         let mut values: Vec<f64> = (0..count).map(one).collect();
         for _ in 0..3 {
             values = (0..count).map(|f| self.averaged(&values, f)).collect();
         }
+        if !self.judged.is_empty() {
+            values = values.into_iter().zip(self.judged).filter(|(_, judged)| **judged).map(|(x, _)| x).collect();
+        }
         values.sort_unstable_by(f64::total_cmp);
-        let cut = (TRIMMED * count as f64) as usize;
-        let kept = &values[cut..count - cut];
+        let cut = (TRIMMED * values.len() as f64) as usize;
+        let kept = &values[cut..values.len() - cut];
         let degrees = 1f64.to_degrees().powi(2);
         degrees * kept.iter().sum::<f64>() / kept.len().max(1) as f64
     }
@@ -73,23 +87,4 @@ impl Judge<'_> {
         }
         sum / count
     }
-}
-
-/// How much of each of two results, for all pairs of results: exp(−risk / temperature), normalised, shared equally.
-pub(super) fn weights(judge: &Judge, seen: &[Seen], temperature: f64) -> Result<Vec<f64>, Cancelled> {
-    use rayon::prelude::*;
-    let pairs: Vec<[usize; 2]> = (0..seen.len()).flat_map(|a| (a..seen.len()).map(move |b| [a, b])).collect();
-    let reference = &seen[0];
-    let risks: Vec<f64> = pairs.par_iter().map(|[a, b]| judge.difference([&seen[*a], &seen[*b]], reference)).collect();
-    let least = risks.iter().copied().fold(f64::INFINITY, f64::min);
-    let mut weights = vec![0.0; seen.len()];
-    let mut total = 0.0;
-    for ([a, b], risk) in pairs.iter().zip(risks) {
-        let weight = (-(risk - least) / temperature).exp();
-        weights[*a] += weight / 2.0;
-        weights[*b] += weight / 2.0;
-        total += weight;
-    }
-    weights.iter_mut().for_each(|w| *w /= total);
-    Ok(weights)
 }

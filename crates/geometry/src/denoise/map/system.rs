@@ -21,11 +21,6 @@ impl Symmetric {
         let e = d * HALF_ROOT;
         DVec3::new(xx * d.x + xy * e.y + xz * e.z, xy * e.x + yy * d.y + yz * e.z, xz * e.x + yz * e.y + zz * d.z)
     }
-    /// The symmetric part of a bᵀ: adjoint of [`Self::times`].
-    fn outer(a: DVec3, b: DVec3) -> Self {
-        let e = b * HALF_ROOT;
-        Self([a.x * b.x, a.y * b.y, a.z * b.z, a.y * e.z + a.z * e.y, a.x * e.z + a.z * e.x, a.x * e.y + a.y * e.x])
-    }
     fn zip(&self, other: &Self, f: impl Fn(f64, f64) -> f64) -> Self {
         Self(std::array::from_fn(|k| f(self.0[k], other.0[k])))
     }
@@ -110,7 +105,7 @@ impl<'a> System<'a> {
         steps: u32,
         progress: &dyn Progress,
     ) -> Result<(), Cancelled> {
-        const ENOUGH: f64 = 1e-6;
+        let ENOUGH = crate::denoise::noise_level::knob("TOL", 1e-6);
         self.vertex_normals = self.net.vertex_normals(positions);
         self.condition(linear, sides);
         // The residual is minus the gradient at the place where the normals are linear.
@@ -180,28 +175,43 @@ impl<'a> System<'a> {
     /// Second to fourth term for changes of the normals and these shape operators: their part of the product goes to the
     /// faces, the pull on each corner to `pulls`. Gives the product's inner product with the shape operators.
     fn bend(&mut self, linear: &Linear, sides: &Sides, shapes: &[Symmetric]) -> f64 {
-        let Self { net, ridge, faces, changes, pulls, .. } = self;
+        let Self { net, faces, changes, pulls, .. } = self;
+        let ridge = self.ridge;
         let runs = faces.par_chunks_mut(RUN).zip(pulls.par_chunks_mut(RUN)).enumerate();
         let run = |(run, (rows, pulls)): (usize, (&mut [Row<Symmetric>], &mut [[f64; 3]]))| {
             let mut inner = 0.0;
             for (i, (row, pulls)) in rows.iter_mut().zip(pulls).enumerate() {
                 let f = run * RUN + i;
-                let shape = &shapes[f];
+                let shape = shapes[f].0;
                 let change = changes[f];
                 let mut pull = DVec3::ZERO;
-                let mut product = shape.zip(shape, |s, _| *ridge * s);
+                let mut product = shape.map(|s| ridge * s);
                 let range = net.sides.range(f as Index);
                 for (&(_, g), side) in net.sides.items()[range.clone()].iter().zip(&sides.all[range]) {
-                    let other = &shapes[g as usize];
-                    let turn = change - changes[g as usize] - 0.5 * shape.plus(other).times(side.way);
-                    let turn = side.turn * turn;
+                    let other = &shapes[g as usize].0;
+                    let mut sum = [0.0; 6];
+                    for k in 0..6 {
+                        sum[k] = shape[k] + other[k];
+                        product[k] += side.jump * (shape[k] - other[k]);
+                    }
+                    let (d, e) = (0.5 * side.way, 0.5 * HALF_ROOT * side.way);
+                    let turn = DVec3::new(
+                        change.x - changes[g as usize].x - (sum[0] * d.x + sum[5] * e.y + sum[4] * e.z),
+                        change.y - changes[g as usize].y - (sum[5] * e.x + sum[1] * d.y + sum[3] * e.z),
+                        change.z - changes[g as usize].z - (sum[4] * e.x + sum[3] * e.y + sum[2] * d.z),
+                    ) * side.turn;
                     pull += turn;
-                    let jump = shape.zip(other, |a, b| side.jump * (a - b));
-                    let outer = Symmetric::outer(turn, -0.5 * side.way);
-                    product = product.plus(&jump).plus(&outer);
+                    product[0] -= turn.x * d.x;
+                    product[1] -= turn.y * d.y;
+                    product[2] -= turn.z * d.z;
+                    product[3] -= turn.y * e.z + turn.z * e.y;
+                    product[4] -= turn.x * e.z + turn.z * e.x;
+                    product[5] -= turn.x * e.y + turn.y * e.x;
                 }
-                inner += shape.dot(&product);
-                row.product = product;
+                for k in 0..6 {
+                    inner += shape[k] * product[k];
+                }
+                row.product = Symmetric(product);
                 *pulls = linear.gradients[f].map(|g| -g.dot(pull));
             }
             inner
