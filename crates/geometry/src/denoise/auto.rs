@@ -67,11 +67,17 @@ pub fn choose(surface: &Surface, settings: &Auto, progress: &dyn Progress) -> Re
     let input = surface.positions();
     let sigma = look.sigma() * noise_level::knob("SIGF", 1.0);
     let mut choice = Choice { noise: look.level, mixture: Vec::new() };
-    if !(sigma > noise_level::NOTHING && noise_level::knob("LOOK", 0.0) == 0.0 && look.mean_edge > 0.0) {
+    if !(sigma > noise_level::NOTHING && !look.level.is_clean() && look.mean_edge > 0.0) {
         return Ok((vec![DVec3::ZERO; input.len()], choice));
     }
     let freedom = Freedom::of(surface, settings.motion, settings.boundary);
-    let run = Run { net: &net, freedom: &freedom, sigma, mean_edge: look.mean_edge, steps: noise_level::knob("CG", 40.0) as u32 };
+    let run = Run {
+        net: &net,
+        freedom: &freedom,
+        sigma,
+        mean_edge: look.mean_edge,
+        steps: noise_level::knob("CG", 40.0) as u32,
+    };
     let whole = Trial { run, input, normals: &look.normals, smoothing: look.smoothing, judged: &[] };
     let mut candidates = candidates::all();
     let part = patches::part(surface, &net);
@@ -101,8 +107,10 @@ pub fn choose(surface: &Surface, settings: &Auto, progress: &dyn Progress) -> Re
         }
     };
     let total: f64 = shares.iter().filter(|share| **share > SMALL).sum();
-    choice.mixture =
-        candidates.into_iter().zip(shares.iter().map(|share| if *share > SMALL { share / total } else { 0.0 })).collect();
+    choice.mixture = candidates
+        .into_iter()
+        .zip(shares.iter().map(|share| if *share > SMALL { share / total } else { 0.0 }))
+        .collect();
     let mixed = |v: usize| {
         let used = choice.mixture.iter().zip(&ways).filter(|((_, share), _)| *share > 0.0);
         used.map(|((_, share), ways)| *share * ways[v]).sum::<DVec3>()

@@ -29,6 +29,9 @@ pub struct NoiseLevel {
     pub tail: f64,
     /// From a band of about two edges.
     pub coarse: f64,
+    /// By how much more often than in white noise neighbours are off to the same side in the finest band: the share of the
+    /// edges with equal signs minus that in noise. Detail of the surface makes it large.
+    pub agreement: f64,
 }
 
 /// A first look at a mesh.
@@ -53,40 +56,17 @@ impl Look {
         };
         let finest = Finest::of(net);
         let (edge, normals) = smooth(8.0)?;
-        let first = deviations(&finest.along(net, input, &normals)).0 / edge;
+        let first = deviations(&magnitudes(&finest.along(net, input, &normals))).0 / edge;
         // Noise of a tenth of an edge goes with μ = 1, and as σ² beyond.
         let smoothing = if first.is_finite() { (100.0 * first * first).max(0.5) } else { 0.5 };
         let (mean_edge, normals) = smooth(smoothing)?;
-        let (fine, tail) = deviations(&finest.along(net, input, &normals));
+        let heights = finest.along(net, input, &normals);
+        let (fine, tail) = deviations(&magnitudes(&heights));
+        let agreement = finest.agreement(surface, &heights) - finest.agreement_of_noise(surface, net);
         let coarse = coarse(net, input, &normals, progress)?;
         let [fine, tail, coarse] =
             [fine, tail, coarse].map(|x| if mean_edge > 0.0 && x.is_finite() { x / mean_edge } else { 0.0 });
-        if knob("LOOK", 0.0) > 0.0 {
-            let white = gaussians(input.len(), 3);
-            let up = |x: &[DVec3]| -> Vec<DVec3> { (0..x.len()).into_par_iter().map(|v| net.umbrella.at(x, v)).collect() };
-            let (mut a, mut w) = (input.to_vec(), white.clone());
-            for k in 1..=4 {
-                a = up(&a);
-                w = up(&w);
-                let ok: Vec<usize> = finest.vertices.iter().map(|v| v.0 as usize).collect();
-                let h: Vec<f64> = (0..a.len()).map(|v| normals[v].dot(a[v])).collect();
-                let hh: Vec<f64> = ok.iter().map(|&v| h[v].abs()).collect();
-                let ww: Vec<f64> = ok.iter().flat_map(|&v| w[v].abs().to_array()).collect();
-                let opp = |h: &dyn Fn(usize) -> f64| { let e = surface.topology().edges(); e.iter().filter(|e| h(e[0] as usize) * h(e[1] as usize) < 0.0).count() as f64 / e.len() as f64 };
-                let (m, t) = deviations(&hh); let (mw, tw) = deviations(&ww);
-                eprint!("U{k}: {:.4}/{:.4} opp {:.3}/{:.3}  ", m / mw / mean_edge, t / tw / mean_edge, opp(&|v| h[v]), opp(&|v| w[v].x));
-            }
-            let mut prev = input.to_vec(); let mut pw = white.clone();
-            for mu in [0.1, 0.5, 4.0, 30.0, 200.0] {
-                let x = net.umbrella.smoothed(input, mu, &free, progress)?; let y = net.umbrella.smoothed(&white, mu, &free, progress)?;
-                let hh: Vec<f64> = finest.vertices.iter().map(|v| { let v = v.0 as usize; normals[v].dot(prev[v] - x[v]).abs() }).collect();
-                let ww: Vec<f64> = finest.vertices.iter().flat_map(|v| { let v = v.0 as usize; (pw[v] - y[v]).abs().to_array() }).collect();
-                eprint!("b{mu} {:.4} ", deviations(&hh).0 / deviations(&ww).0 / mean_edge);
-                prev = x; pw = y;
-            }
-            eprintln!();
-        }
-        Ok(Self { level: NoiseLevel { fine, tail, coarse }, mean_edge, smoothing, normals })
+        Ok(Self { level: NoiseLevel { fine, tail, coarse, agreement }, mean_edge, smoothing, normals })
     }
 
     /// σ for a data term, mean edges.
@@ -100,6 +80,11 @@ impl NoiseLevel {
     pub fn sigma(&self) -> f64 {
         // Creases fill the tail even without noise.
         self.fine.max(self.tail).min(1.6 * self.fine)
+    }
+
+    /// Whether what the finest band shows may well be the surface itself, or too little to speak of.
+    pub fn is_clean(&self) -> bool {
+        self.fine < 0.01 || (self.fine < 0.05 && self.agreement > 0.02)
     }
 
     /// How much the coarse band holds beyond white noise and the detail of common surfaces, as a factor for σ.
@@ -134,15 +119,37 @@ impl Finest {
         Self { vertices }
     }
 
-    /// |n · U U x| over its gain, model units.
+    /// n · U U x over its gain, model units.
     fn along(&self, net: &Net, x: &[DVec3], normals: &[DVec3]) -> Vec<f64> {
         let once: Vec<DVec3> = (0..x.len()).into_par_iter().map(|v| net.umbrella.at(x, v)).collect();
         let one = |&(v, gain): &(Index, f64)| {
             let v = v as usize;
-            normals[v].dot(net.umbrella.at(&once, v)).abs() / gain
+            normals[v].dot(net.umbrella.at(&once, v)) / gain
         };
         self.vertices.par_iter().map(one).collect()
     }
+
+    /// Share of the edges whose ends have heights of one sign; 0 without any.
+    fn agreement(&self, surface: &Surface, heights: &[f64]) -> f64 {
+        let mut of_vertex = vec![0.0; surface.positions().len()];
+        self.vertices.iter().zip(heights).for_each(|(&(v, _), h)| of_vertex[v as usize] = *h);
+        let products = surface.topology().edges().iter().map(|e| of_vertex[e[0] as usize] * of_vertex[e[1] as usize]);
+        let (same, all) = products
+            .filter(|p| *p != 0.0)
+            .fold((0.0, 0.0), |(same, all), p| (same + f64::from(u8::from(p > 0.0)), all + 1.0));
+        if all > 0.0 { same / all } else { 0.0 }
+    }
+
+    /// The same where heights are white noise.
+    fn agreement_of_noise(&self, surface: &Surface, net: &Net) -> f64 {
+        let count = surface.positions().len();
+        let heights = self.along(net, &gaussians(count, 5), &vec![DVec3::X; count]);
+        self.agreement(surface, &heights)
+    }
+}
+
+fn magnitudes(heights: &[f64]) -> Vec<f64> {
+    heights.iter().map(|h| h.abs()).collect()
 }
 
 /// Deviation of a Gaussian from the median and from the ninth decile of its absolute values; 0 without any.

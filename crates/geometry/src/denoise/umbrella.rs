@@ -125,8 +125,16 @@ impl Freedom {
     pub(super) fn of_part(&self, vertices: &[Index]) -> Self {
         let at = |v: &Index| *v as usize;
         Self {
-            fixed: if self.fixed.is_empty() { Vec::new() } else { vertices.iter().map(|v| self.fixed[at(v)]).collect() },
-            along: if self.along.is_empty() { Vec::new() } else { vertices.iter().map(|v| self.along[at(v)]).collect() },
+            fixed: if self.fixed.is_empty() {
+                Vec::new()
+            } else {
+                vertices.iter().map(|v| self.fixed[at(v)]).collect()
+            },
+            along: if self.along.is_empty() {
+                Vec::new()
+            } else {
+                vertices.iter().map(|v| self.along[at(v)]).collect()
+            },
         }
     }
 

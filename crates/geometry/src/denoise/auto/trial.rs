@@ -27,6 +27,8 @@ struct Tried {
     responses: Vec<Vec<DVec3>>,
 }
 
+/// The candidate that is between all others; risks are seen relative to it and to the mean of all.
+const MIDDLE: usize = 2;
 /// Triangles times probes.
 const BUDGET: usize = 40_000;
 const PROBES: usize = 4;
@@ -45,7 +47,8 @@ impl Trial<'_> {
         let net = self.run.net;
         let length = self.run.sigma * self.run.mean_edge;
         let epsilon = 0.3 * length;
-        let probes = (knob("BUDGET", BUDGET as f64) as usize / net.faces.len().max(1)).clamp(1, knob("PROBES", PROBES as f64) as usize);
+        let probes = (knob("BUDGET", BUDGET as f64) as usize / net.faces.len().max(1))
+            .clamp(1, knob("PROBES", PROBES as f64) as usize);
         let gaussians = noise_level::gaussians(self.input.len(), knob("SEED", 7.0) as u64);
         let more = noise_level::gaussians(self.input.len(), knob("SEED", 7.0) as u64 + 1);
         let probe = |k: usize| -> Vec<DVec3> {
@@ -53,9 +56,8 @@ impl Trial<'_> {
             (0..self.input.len()).map(|v| component(v) * self.normals[v]).collect()
         };
         let probes: Vec<Vec<DVec3>> = (0..probes).map(probe).collect();
-        let moved = |k: usize| -> Vec<DVec3> {
-            self.input.iter().zip(&probes[k]).map(|(p, b)| *p + epsilon * *b).collect()
-        };
+        let moved =
+            |k: usize| -> Vec<DVec3> { self.input.iter().zip(&probes[k]).map(|(p, b)| *p + epsilon * *b).collect() };
         let start = self.start(self.input, progress)?;
         let parts = Parts::new(progress, candidates.len() * (1 + probes.len()));
         let first: Vec<DVec3> = moved(0);
@@ -87,7 +89,8 @@ impl Trial<'_> {
         if probes.len() > 1 {
             let inputs: Vec<Vec<DVec3>> = (1..probes.len()).map(moved).collect();
             let starts = inputs.par_iter().map(|x| self.start(x, progress)).collect::<Result<Vec<_>, _>>()?;
-            let jobs: Vec<(usize, usize)> = alive.iter().flat_map(|&k| (1..probes.len()).map(move |p| (k, p))).collect();
+            let jobs: Vec<(usize, usize)> =
+                alive.iter().flat_map(|&k| (1..probes.len()).map(move |p| (k, p))).collect();
             let found = jobs
                 .par_iter()
                 .map(|&(k, p)| {
@@ -132,18 +135,23 @@ impl Trial<'_> {
         let seen: Vec<Seen> =
             alive.par_iter().map(|&k| judge.see(&tried[k].ways, &tried[k].responses[..=last], probes)).collect();
         let pairs: Vec<[usize; 2]> = (0..seen.len()).flat_map(|a| (a..seen.len()).map(move |b| [a, b])).collect();
-        let reference = if knob("REF", -1.0) >= 0.0 {
-            let k = knob("REF", 2.0) as usize;
-            seen[alive.iter().position(|a| *a == k).unwrap_or(0)].risks()
-        } else {
-            let all: Vec<Vec<f64>> = seen.iter().map(Seen::risks).collect();
-            (0..judge.net.faces.len()).map(|f| all.iter().map(|r| r[f]).sum::<f64>() / all.len() as f64).collect()
-        };
+        let every: Vec<Vec<f64>> = seen.iter().map(Seen::risks).collect();
+        let middle = &every[alive.iter().position(|k| *k == MIDDLE).unwrap_or(0)];
+        let mean = |f: usize| every.iter().map(|r| r[f]).sum::<f64>() / every.len() as f64;
+        let reference: Vec<f64> = (0..middle.len()).map(|f| 0.5 * (middle[f] + mean(f))).collect();
         let risks: Vec<f64> =
             pairs.par_iter().map(|[a, b]| judge.difference([&seen[*a], &seen[*b]], &reference)).collect();
         let least = risks.iter().copied().fold(f64::INFINITY, f64::min);
         if knob("SHOW", 0.0) > 0.0 {
-            eprintln!("  {last} {:?}", pairs.iter().zip(&risks).filter(|(p, _)| p[0] == p[1]).map(|(p, r)| format!("{} {:.1}", alive[p[0]], r - least)).collect::<Vec<_>>());
+            eprintln!(
+                "  {last} {:?}",
+                pairs
+                    .iter()
+                    .zip(&risks)
+                    .filter(|(p, _)| p[0] == p[1])
+                    .map(|(p, r)| format!("{} {:.1}", alive[p[0]], r - least))
+                    .collect::<Vec<_>>()
+            );
         }
         let mut shares = vec![0.0; tried.len()];
         let mut behind = vec![f64::INFINITY; tried.len()];

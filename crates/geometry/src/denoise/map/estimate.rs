@@ -106,7 +106,10 @@ impl Run<'_> {
         let mut linear = Linear::default();
         let mut sides = Sides::of(net);
         let mut system = System::new(net, self.freedom, 1.0 / (self.sigma * self.sigma), prior);
-        let prior = &Prior { rounds: ((f64::from(prior.rounds) * crate::denoise::noise_level::knob("ROUNDS", 1.0)) as u32).max(3), ..*prior };
+        let prior = &Prior {
+            rounds: ((f64::from(prior.rounds) * crate::denoise::noise_level::knob("ROUNDS", 1.0)) as u32).max(3),
+            ..*prior
+        };
         for round in 0..prior.rounds {
             progress.check()?;
             positions.par_iter_mut().zip(&input).zip(&way).for_each(|((x, p), way)| *x = *p + way);
