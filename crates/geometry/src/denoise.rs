@@ -1,6 +1,6 @@
 //! Every method answers one question: how far is each vertex off?
 
-mod auto;
+pub mod auto;
 mod bilateral;
 mod bilateral_normals;
 mod conjugate_gradients;
@@ -17,7 +17,7 @@ mod taubin;
 mod umbrella;
 mod vertex_update;
 
-pub use auto::{Auto, Candidate, Choice, choose};
+pub use auto::Auto;
 pub use bilateral::Bilateral;
 pub use bilateral_normals::{BilateralNormals, Neighbours, Scheme};
 pub use guided_normals::GuidedNormals;
@@ -26,7 +26,7 @@ pub use implicit::{Implicit, Solver};
 pub use l0::L0;
 pub use laplacian::{Boundary, EdgeWeights, Laplacian};
 pub use map::{Map, Prior};
-pub use noise_level::NoiseLevel;
+pub use noise_level::{Kind, NoiseLevel};
 pub use sun::Sun;
 pub use taubin::Taubin;
 pub use vertex_update::{FoldOvers, Motion, VertexUpdate};

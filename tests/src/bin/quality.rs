@@ -10,7 +10,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "printing is what it is for")]
 
 use planish_geometry::denoise::{
-    self, Auto, Bilateral, BilateralNormals, Denoiser, GuidedNormals, Hc, Implicit, L0, Laplacian, Map, Sun, Taubin,
+    Auto, Bilateral, BilateralNormals, Denoiser, GuidedNormals, Hc, Implicit, L0, Laplacian, Map, Sun, Taubin, auto,
 };
 use planish_geometry::metrics::{self, Triangles};
 use planish_geometry::model::Model;
@@ -144,7 +144,7 @@ fn measure(pair: &Pair, run: &Run, clean: &Triangles, model: &Model) -> Result<R
     let start = Instant::now();
     let deltas = match &run.denoiser {
         Denoiser::Auto(settings) => {
-            let (deltas, choice) = denoise::choose(model.surface(), settings, &Silent)?;
+            let (deltas, choice) = auto::choose(model.surface(), settings, &Silent)?;
             eprintln!("{}: {choice}", pair.name);
             deltas
         }

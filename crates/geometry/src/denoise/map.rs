@@ -85,18 +85,13 @@ pub(super) fn deltas(surface: &Surface, settings: &Map, progress: &dyn Progress)
     let net = Net::of(surface);
     let look = Look::at(surface, &net, progress)?;
     let sigma = settings.noise.unwrap_or_else(|| look.sigma());
-    let still = vec![DVec3::ZERO; surface.positions().len()];
+    let input = surface.positions();
     // Below that, rounding of a file's numbers is all there is.
     if !(sigma > noise_level::NOTHING && look.mean_edge > 0.0) {
-        return Ok(still);
+        return Ok(vec![DVec3::ZERO; input.len()]);
     }
     let freedom = Freedom::of(surface, settings.motion, settings.boundary);
-    let input = surface.positions();
     let start = net.umbrella.smoothed(input, look.smoothing, &freedom, progress)?;
-    let run = Run { net: &net, freedom: &freedom, sigma, mean_edge: look.mean_edge, steps: settings.steps };
-    let ways = run.ways(input, &start, &settings.prior, progress)?;
-    let mut result: Vec<DVec3> = input.iter().zip(&ways).map(|(p, way)| *p + way).collect();
-    net.take_folds_back(input, &mut result);
-    let back = |((p, way), x): ((&DVec3, &DVec3), &DVec3)| if x == p { DVec3::ZERO } else { -*way };
-    Ok(input.iter().zip(&ways).zip(&result).map(back).collect())
+    let run = Run { steps: settings.steps, ..Run::of(&net, &freedom, sigma, look.mean_edge) };
+    Ok(net.without_folds(input, run.ways(input, &start, &settings.prior, progress)?))
 }

@@ -71,7 +71,9 @@ impl Look {
 
     /// σ for a data term, mean edges.
     pub(super) fn sigma(&self) -> f64 {
-        self.level.sigma() * self.level.inflation()
+        let factor =
+            if self.level.kind() == Kind::Correlated { 1.5 * self.level.inflation() } else { self.level.inflation() };
+        self.level.sigma() * factor
     }
 }
 
@@ -82,17 +84,41 @@ impl NoiseLevel {
         self.fine.max(self.tail).min(1.6 * self.fine)
     }
 
-    /// Whether what the finest band shows may well be the surface itself, or too little to speak of.
-    pub fn is_clean(&self) -> bool {
-        self.fine < 0.01 || (self.fine < 0.05 && self.agreement > 0.02)
+    /// What these figures say.
+    pub fn kind(&self) -> Kind {
+        // Clean meshes with much detail reach 0.035 in the finest band, but there neighbours mostly agree.
+        let seen = self.fine >= 0.01 && !(self.fine < 0.05 && self.agreement > 0.02);
+        if !seen {
+            Kind::None
+        } else if self.inflation() > 1.5 {
+            Kind::Correlated
+        } else if self.tail > 1.3 * self.fine {
+            Kind::Uneven
+        } else {
+            Kind::Independent
+        }
     }
 
     /// How much the coarse band holds beyond white noise and the detail of common surfaces, as a factor for σ.
-    pub(super) fn inflation(&self) -> f64 {
+    fn inflation(&self) -> f64 {
         const DETAIL: f64 = 0.07;
         let excess = (self.coarse * self.coarse - 1.21 * self.fine * self.fine).max(0.0).sqrt();
         (excess / DETAIL).powi(2).clamp(1.0, 5.0)
     }
+}
+
+/// What noise looks like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// None that could be told from the surface.
+    None,
+    /// White: each vertex is off by its own amount.
+    Independent,
+    /// The same, much more at some vertices than at others.
+    Uneven,
+    /// Neighbours are off to the same side.
+    Correlated,
 }
 
 /// Vertices with a closed ring of vertices with closed rings, and |row of U U|.
@@ -184,8 +210,4 @@ pub(super) fn gaussians(count: usize, seed: u64) -> Vec<DVec3> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut one = || -> f64 { StandardNormal.sample(&mut random) };
     (0..count).map(|_| DVec3::new(one(), one(), one())).collect()
-}
-
-pub(super) fn knob(name: &str, default: f64) -> f64 {
-    std::env::var(name).ok().and_then(|x| x.parse().ok()).unwrap_or(default)
 }

@@ -4,6 +4,7 @@ use crate::denoise::map::{Prior, Run};
 use crate::progress::{Cancelled, Progress};
 use glam::DVec3;
 use serde::Serialize;
+use std::fmt;
 
 /// A way to denoise, with all it needs to know but the noise.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -22,47 +23,29 @@ pub enum Candidate {
     Map(Prior),
 }
 
-/// From sharp creases to all smooth. Found on a dozen and a half of meshes from machine parts to animals.
+/// From sharp creases to all smooth. Found on a dozen and a half meshes, from machine parts to animals. The order is of no
+/// matter but for whoever reads the shares.
 pub(super) fn all() -> Vec<Candidate> {
     let map = |exponent, strength, threshold, curvature, rounds, spread| {
         Candidate::Map(Prior { exponent, strength, threshold, curvature, rounds, spread })
     };
-    let k = crate::denoise::noise_level::knob;
-    if k("LIN", 0.0) > 0.0 {
-        let (p, f) = (k("LIN", 3.0) as u32, k("LF", 1.0));
-        return vec![
-            map(0.75, 1.0, 0.03, 3.0, 12, 1.0),
-            map(0.6, 1.5, 0.02, 3.0, 12, 1.0),
-            map(0.5, 2.0, 0.02, 3.0, 12, 1.0),
-            map(0.5, 3.0, 0.05, 1.0, 4, 2.0),
-            map(0.5, 6.0, 0.1, 1.0, 5, 2.0),
-            Candidate::Linear { strength: 10.0 * f, passes: p },
-            Candidate::Linear { strength: 25.0 * f, passes: p },
-            Candidate::Linear { strength: 60.0 * f, passes: p },
-            Candidate::Stay,
-        ];
-    }
-    if k("ONE", -9.0) > -9.0 {
-        let m = Candidate::Map(Prior {
-            exponent: k("MP", 0.5),
-            strength: k("ML", 3.0),
-            threshold: k("MK", 0.05),
-            curvature: k("MA", 1.0),
-            rounds: k("MR", 5.0) as u32,
-            spread: k("MT", 2.0),
-        });
-        return vec![m];
-    }
+    let linear = |strength| Candidate::Linear { strength, passes: 4 };
     vec![
         map(0.75, 1.0, 0.03, 3.0, 12, 1.0),
         map(0.6, 1.5, 0.02, 3.0, 12, 1.0),
         map(0.5, 2.0, 0.02, 3.0, 12, 1.0),
         map(0.5, 3.0, 0.05, 1.0, 4, 2.0),
         map(0.5, 6.0, 0.1, 1.0, 5, 2.0),
-        Candidate::Linear { strength: 40.0, passes: 1 },
-        Candidate::Linear { strength: 100.0, passes: 1 },
+        linear(20.0),
+        linear(50.0),
+        linear(120.0),
         Candidate::Stay,
     ]
+}
+
+/// For noise that the risk cannot be estimated for.
+pub(super) fn robust() -> Candidate {
+    Candidate::Map(Prior { exponent: 0.75, curvature: 10.0, ..Prior::default() })
 }
 
 impl Candidate {
@@ -77,14 +60,26 @@ impl Candidate {
         match self {
             Self::Stay => Ok(vec![DVec3::ZERO; input.len()]),
             Self::Linear { strength, passes } => {
+                let mu = strength * run.sigma / f64::from(*passes);
                 let mut smoothed = input.to_vec();
                 for _ in 0..*passes {
-                    let mu = strength * run.sigma / f64::from(*passes);
                     smoothed = run.net.umbrella.smoothed(&smoothed, mu, run.freedom, progress)?;
                 }
                 Ok(smoothed.iter().zip(input).map(|(x, p)| *x - p).collect())
             }
             Self::Map(prior) => run.ways(input, start, prior, progress),
+        }
+    }
+}
+
+impl fmt::Display for Candidate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Stay => write!(f, "left alone"),
+            Self::Linear { strength, .. } => write!(f, "linear smoothing (strength {strength})"),
+            Self::Map(Prior { exponent, strength, threshold, .. }) => {
+                write!(f, "map (exponent {exponent}, strength {strength}, threshold {threshold})")
+            }
         }
     }
 }

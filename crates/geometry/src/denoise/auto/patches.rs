@@ -5,14 +5,24 @@ use crate::ragged::Index;
 use crate::surface::Surface;
 use crate::topology::Topology;
 
-/// Meshes of up to so many triangles are tried as a whole.
-const WHOLE: usize = 24_000;
-/// Of a larger one, so many patches
-const PATCHES: usize = 10;
-/// of so many triangles each.
-const PATCH: usize = 1_500;
-/// Rings around each patch that are denoised along with it but not judged: its rim is not one of the mesh.
-const MARGIN: usize = 4;
+/// How much is enough.
+#[derive(Clone, Copy)]
+pub(super) struct Sizes {
+    /// Meshes of up to so many triangles are tried as a whole.
+    pub(super) whole: usize,
+    /// Of a larger one, so many patches
+    pub(super) patches: usize,
+    /// of so many triangles each.
+    pub(super) patch: usize,
+    /// Rings around each patch that are denoised along with it but not judged: its rim is not one of the mesh.
+    pub(super) margin: usize,
+}
+
+impl Default for Sizes {
+    fn default() -> Self {
+        Self { whole: 24_000, patches: 10, patch: 1_500, margin: 4 }
+    }
+}
 
 /// Patches of a surface.
 pub(super) struct Part {
@@ -25,15 +35,15 @@ pub(super) struct Part {
 }
 
 /// Patches spread over the triangles; none for a mesh that is small enough to be tried as a whole.
-pub(super) fn part(surface: &Surface, net: &Net) -> Option<Part> {
+pub(super) fn part(surface: &Surface, net: &Net, sizes: Sizes) -> Option<Part> {
     let count = net.faces.len();
-    if count <= WHOLE {
+    if count <= sizes.whole {
         return None;
     }
-    let judged = grown(net, (0..PATCHES).map(|k| k * count / PATCHES));
+    let judged = grown(net, (0..sizes.patches).map(|k| k * count / sizes.patches), sizes.patch);
     let mut near = vec![false; surface.positions().len()];
     let mut inside = judged.clone();
-    for _ in 0..MARGIN {
+    for _ in 0..sizes.margin {
         for (t, _) in net.faces.triangles.iter().zip(&inside).filter(|(_, inside)| **inside) {
             t.iter().for_each(|&v| near[v as usize] = true);
         }
@@ -56,15 +66,15 @@ pub(super) fn part(surface: &Surface, net: &Net) -> Option<Part> {
 }
 
 /// Patches that grow from their seeds over edges until they have their size or meet each other.
-fn grown(net: &Net, seeds: impl Iterator<Item = usize>) -> Vec<bool> {
+fn grown(net: &Net, seeds: impl Iterator<Item = usize>, size: usize) -> Vec<bool> {
     let mut taken = vec![false; net.faces.len()];
     for seed in seeds {
         let mut queue = Vec::from_iter((!taken[seed]).then_some(seed));
         queue.iter().for_each(|&f| taken[f] = true);
         let mut next = 0;
-        while next < queue.len() && queue.len() < PATCH {
+        while next < queue.len() && queue.len() < size {
             for g in net.beside(queue[next]) {
-                if !taken[g] {
+                if !taken[g] && queue.len() < size {
                     taken[g] = true;
                     queue.push(g);
                 }

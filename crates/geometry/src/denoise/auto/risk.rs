@@ -54,7 +54,7 @@ impl Judge<'_> {
         Seen { residuals: changed(ways), divergences }
     }
 
-    /// Risk of the mean of two results minus that of a third, square degrees. Slivers count by their area, and the least and
+    /// Risk of the mean of two results minus a reference risk (#T, square unit length), square degrees. Slivers count by their area, and the least and
     /// the largest are left out: faces that have turned over say nothing.
     pub(super) fn difference(&self, [a, b]: [&Seen; 2], reference: &[f64]) -> f64 {
         const TRIMMED: f64 = 0.02;

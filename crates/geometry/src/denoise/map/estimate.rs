@@ -43,29 +43,32 @@ impl Net {
         (0..positions.len()).into_par_iter().with_min_len(1024).map(|v| sum(v).normalize_or_zero()).collect()
     }
 
-    /// Puts vertices back to `input` until no triangle faces away from the mean normal at its vertices that did not do so
-    /// in the input. Each round puts one back at least, so this ends.
-    pub(in crate::denoise) fn take_folds_back(&self, input: &[DVec3], result: &mut [DVec3]) {
-        let normals = self.vertex_normals(result);
+    /// δ = p − p* for ways from `input` (#V×3), zero at vertices that have to stay: until no triangle faces away from the mean
+    /// normal at its vertices that did not do so in the input. Each round puts one back at least, so this ends.
+    pub(in crate::denoise) fn without_folds(&self, input: &[DVec3], ways: Vec<DVec3>) -> Vec<DVec3> {
+        let mut ways = ways;
+        let moved: Vec<DVec3> = input.iter().zip(&ways).map(|(p, way)| *p + way).collect();
+        let normals = self.vertex_normals(&moved);
         let faces = &self.faces;
-        let upright = |f: Index, points: &[DVec3]| {
-            let t = &faces.triangles[f as usize];
-            let mean: DVec3 = t.iter().map(|&v| normals[v as usize]).sum();
-            doubled_area(t, points).dot(mean) > 0.0
+        let upright = |f: Index, ways: Option<&[DVec3]>| {
+            let t = faces.triangles[f as usize].map(|v| v as usize);
+            let [a, b, c] = t.map(|v| ways.map_or(input[v], |ways| input[v] + ways[v]));
+            (b - a).cross(c - a).dot(t.iter().map(|&v| normals[v]).sum()) > 0.0
         };
-        let turned = |f: Index, result: &[DVec3]| !upright(f, result) && upright(f, input);
-        let mut folded: Vec<Index> = (0..faces.len() as Index).filter(|&f| turned(f, result)).collect();
+        let turned = |f: Index, ways: &[DVec3]| !upright(f, Some(ways)) && upright(f, None);
+        let mut folded: Vec<Index> = (0..faces.len() as Index).filter(|&f| turned(f, &ways)).collect();
         while let Some(f) = folded.pop() {
-            if !turned(f, result) {
+            if !turned(f, &ways) {
                 continue;
             }
             for v in faces.triangles[f as usize] {
-                if result[v as usize] != input[v as usize] {
-                    result[v as usize] = input[v as usize];
+                if ways[v as usize] != DVec3::ZERO {
+                    ways[v as usize] = DVec3::ZERO;
                     folded.extend(faces.around.get(v));
                 }
             }
         }
+        ways.iter().map(|way| -*way).collect()
     }
 }
 
@@ -87,7 +90,13 @@ pub(in crate::denoise) struct Run<'a> {
     pub(in crate::denoise) steps: u32,
 }
 
-impl Run<'_> {
+impl<'a> Run<'a> {
+    /// The noisier, the more steps a round needs to reach as far as the noise makes it look.
+    pub(in crate::denoise) fn of(net: &'a Net, freedom: &'a Freedom, sigma: f64, mean_edge: f64) -> Self {
+        let steps = (100.0 * sigma).clamp(20.0, 80.0) as u32;
+        Self { net, freedom, sigma, mean_edge, steps }
+    }
+
     /// Where the vertices of `input` go, from a first guess. #V×3, model units.
     pub(in crate::denoise) fn ways(
         &self,
@@ -106,10 +115,6 @@ impl Run<'_> {
         let mut linear = Linear::default();
         let mut sides = Sides::of(net);
         let mut system = System::new(net, self.freedom, 1.0 / (self.sigma * self.sigma), prior);
-        let prior = &Prior {
-            rounds: ((f64::from(prior.rounds) * crate::denoise::noise_level::knob("ROUNDS", 1.0)) as u32).max(3),
-            ..*prior
-        };
         for round in 0..prior.rounds {
             progress.check()?;
             positions.par_iter_mut().zip(&input).zip(&way).for_each(|((x, p), way)| *x = *p + way);

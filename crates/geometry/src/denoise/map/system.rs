@@ -105,7 +105,8 @@ impl<'a> System<'a> {
         steps: u32,
         progress: &dyn Progress,
     ) -> Result<(), Cancelled> {
-        let ENOUGH = crate::denoise::noise_level::knob("TOL", 1e-6);
+        // A thousandth in the norm of the residual: the next round linearises anew anyway.
+        const ENOUGH: f64 = 1e-6;
         self.vertex_normals = self.net.vertex_normals(positions);
         self.condition(linear, sides);
         // The residual is minus the gradient at the place where the normals are linear.
