@@ -100,6 +100,7 @@ impl Denoiser {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::noise::{self, Noise};
     use crate::progress::Silent;
     use crate::ragged::Index;
     use crate::shapes;
@@ -122,7 +123,30 @@ mod tests {
             all.push(Denoiser::Bilateral(Bilateral { iterations: 2, boundary }));
             all.push(Denoiser::L0(L0 { beta_max: 1.0, boundary, ..L0::default() }));
         }
+        all.extend(estimates());
         all
+    }
+
+    fn estimates() -> Vec<Denoiser> {
+        let prior = Prior { rounds: 3, ..Prior::default() };
+        let mut all = Vec::new();
+        for (motion, boundary) in [(Motion::Free, Boundary::Free), (Motion::AlongNormal, Boundary::Fixed)] {
+            let map = Map { prior, steps: 10, motion, boundary, ..Map::default() };
+            all.push(Denoiser::Map(map));
+            all.push(Denoiser::Map(Map { noise: Some(0.2), ..map }));
+            all.push(Denoiser::Auto(Auto { motion, boundary }));
+        }
+        all
+    }
+
+    /// How far results may be apart for inputs that are alike but for rounding, model units.
+    fn rounding(denoiser: &Denoiser) -> f64 {
+        match denoiser {
+            // Weights of the edges have a slope of up to 1/κ² = 2500, and rounds multiply what they are given.
+            Denoiser::Map(_) | Denoiser::Auto(_) => 1e-8,
+            // Sums of a dozen terms of size 10, five steps: a few hundred ulps.
+            _ => 1e-12,
+        }
     }
 
     fn normal_filters() -> Vec<Denoiser> {
@@ -152,13 +176,17 @@ mod tests {
         denoiser.deltas(surface, &Silent).unwrap()
     }
 
-    /// Closed, open with a boundary, and of quads.
-    fn families() -> [Surface; 3] {
+    /// Closed, open with a boundary, of quads, and noisy.
+    fn families() -> [Surface; 4] {
         let bumpy = |grid: Surface| {
             let lifted = grid.positions().iter().map(|p| *p + DVec3::Z * 0.1 * (p.x * 9.0).sin() * (p.y * 7.0).cos());
             grid.at(lifted.collect())
         };
-        [shapes::dented_sphere(2), bumpy(shapes::grid(8)), shapes::cube()]
+        let sphere = shapes::sphere(2);
+        let noise = Noise { sigma: 0.2, direction: noise::Direction::Normal, share: 1.0, seed: 1 };
+        let lifted = noise::displacements(&sphere, &noise);
+        let noisy = sphere.at(sphere.positions().iter().zip(lifted).map(|(p, d)| *p + d).collect());
+        [shapes::dented_sphere(2), bumpy(shapes::grid(8)), shapes::cube(), noisy]
     }
 
     fn largest_gap(a: &[DVec3], b: &[DVec3]) -> f64 {
@@ -174,8 +202,7 @@ mod tests {
             for denoiser in every() {
                 let expected: Vec<_> = deltas(&denoiser, &surface).iter().map(|d| turn * *d * scale).collect();
                 let gap = largest_gap(&deltas(&denoiser, &moved), &expected);
-                // Sums of a dozen terms of size 10, five steps: a few hundred ulps.
-                assert!(gap < 1e-12, "{denoiser:?}: {gap:e}");
+                assert!(gap < rounding(&denoiser), "{denoiser:?}: {gap:e}");
             }
         }
     }
@@ -195,13 +222,17 @@ mod tests {
 
     #[test]
     fn the_same_surface_gives_the_same_bits_on_any_number_of_threads() {
-        let surface = shapes::dented_sphere(4);
+        let [.., noisy] = families();
+        let large = shapes::dented_sphere(4);
         for denoiser in every() {
+            // A clean mesh is nothing to choose for.
+            let surface = if matches!(denoiser, Denoiser::Auto(_)) { &noisy } else { &large };
             let on = |threads| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-                pool.install(|| deltas(&denoiser, &surface))
+                pool.install(|| deltas(&denoiser, surface))
             };
-            assert!(on(1) == on(2) && on(1) == on(7), "{denoiser:?}");
+            let alone = on(1);
+            assert!(alone == on(2) && alone == on(7), "{denoiser:?}");
         }
     }
 
