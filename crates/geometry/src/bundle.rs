@@ -6,6 +6,8 @@ mod carrier;
 mod layout;
 mod maps;
 mod report;
+#[cfg(feature = "unwrap")]
+mod unwrapped;
 
 pub use layout::{Fallback, LayoutChoice};
 
@@ -16,6 +18,7 @@ use crate::displacement::{DecodeError, EncodeError, MapKind, TexelFormat};
 use crate::gltf::GltfError;
 use crate::manifest::{
     self, Carrier, Clients, DominantUv, Layout, Manifest, MapEntry, Method, NormalMapEntry, Report, Source, Target,
+    UvSource,
 };
 use crate::materials::{self, MapStatements};
 use crate::model::{Model, NoFileNormals, NormalSource};
@@ -29,7 +32,7 @@ use crate::texture::resolution::{self, Choice, Reason, Spacing};
 use crate::texture::{Coverage, Interpolation, Texels, tangents};
 use crate::weld::Welding;
 use carrier::CarrierFile;
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use maps::{Maps, Offsets};
 use report::Evidence;
 
@@ -205,6 +208,9 @@ pub struct Bundle {
     pub fallback: Option<Fallback>,
 }
 
+/// Whether [`LayoutChoice::Unwrap`] is there: the feature `unwrap`.
+pub const CAN_UNWRAP: bool = cfg!(feature = "unwrap");
+
 /// Why there is no bundle.
 #[derive(Debug, thiserror::Error)]
 pub enum BakeError {
@@ -232,6 +238,22 @@ pub enum BakeError {
     /// The heights left what single precision can hold.
     #[error("denoising gave heights that are not finite numbers in single precision")]
     NotFinite,
+    /// [`LayoutChoice::Unwrap`] without the feature for it.
+    #[error("planish was built without the feature `unwrap`")]
+    CannotUnwrap,
+    /// No atlas could be made.
+    #[cfg(feature = "unwrap")]
+    #[error("cannot be unwrapped: {0}")]
+    Unwrap(crate::unwrap::UnwrapError),
+    /// The charts of an atlas are too many for a map, with the gutters between them.
+    #[error("the charts of the new atlas do not fit into {side} × {side} texels")]
+    NoRoom {
+        /// Side of the largest map that was tried.
+        side: u32,
+    },
+    /// A carrier whose faces are not those of the mesh.
+    #[error("the carrier has no texture coordinates for the faces of the mesh")]
+    OtherFaces,
     /// As asked.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -252,6 +274,24 @@ pub fn bake(
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<Bundle, BakeError> {
+    match settings.layout {
+        #[cfg(feature = "unwrap")]
+        LayoutChoice::Unwrap => unwrapped::bake(model, names, beside, settings, progress),
+        #[cfg(not(feature = "unwrap"))]
+        LayoutChoice::Unwrap => Err(BakeError::CannotUnwrap),
+        _ => bake_model(model, None, names, beside, settings, progress),
+    }
+}
+
+/// The same in the layout that is there. A model that was unwrapped comes with the one that it was before.
+fn bake_model(
+    model: &Model,
+    before: Option<&Model>,
+    names: &Names,
+    beside: Belongings,
+    settings: &Settings,
+    progress: &dyn Progress,
+) -> Result<Bundle, BakeError> {
     progress.stage("layout");
     let atlas = match (model.atlas(), settings.layout) {
         (Ok(atlas), _) => Some(atlas),
@@ -265,7 +305,7 @@ pub fn bake(
         || {
             let places = atlas.is_none().then(|| carrier::places(model));
             let carrier = CarrierFile::make(model, &normals, places.as_deref(), &library_file);
-            (manifest::sha256(model.obj().bytes()), carrier)
+            (manifest::sha256(before.unwrap_or(model).obj().bytes()), carrier)
         },
         || Maps::bake(model, atlas.as_ref(), &normals, settings, progress),
     );
@@ -273,6 +313,9 @@ pub fn bake(
     progress.check()?;
     let mut manifest = describe(model, names, atlas.as_ref(), settings, &maps);
     manifest.source.sha256 = source_sha256;
+    if manifest.displacement.layout == Layout::Uv {
+        manifest.displacement.uvs = if before.is_some() { UvSource::Unwrapped } else { UvSource::Mesh };
+    }
     let glb = (settings.carriers == Carriers::ObjAndGlb).then(|| format!("{}.glb", names.carrier));
     manifest.carrier =
         Carrier { obj: format!("{}.obj", names.carrier), mtl: library_file, glb, sha256: carrier.sha256.clone() };
@@ -337,6 +380,9 @@ pub fn check(
 ) -> Result<Report, BakeError> {
     progress.stage("layout");
     let entry = &manifest.displacement;
+    let unwrapped =
+        (entry.uvs == UvSource::Unwrapped).then(|| with_uvs_of(model, carrier, manifest.welding)).transpose()?;
+    let model = unwrapped.as_ref().unwrap_or(model);
     let atlas = match model.atlas() {
         Err(AtlasError::NoUvs) if entry.layout == Layout::Vertex => None,
         atlas => Some(atlas?),
@@ -370,6 +416,16 @@ pub fn check(
     Ok(report::measure(&evidence, manifest)?)
 }
 
+/// A mesh with the texture coordinates of its carrier.
+fn with_uvs_of(model: &Model, carrier: &Obj, welding: Welding) -> Result<Model, BakeError> {
+    let (own, of_carrier) = (model.obj().faces(), carrier.faces());
+    let same = own.len() == of_carrier.len() && own.iter().zip(of_carrier.iter()).all(|(f, g)| f.len() == g.len());
+    let corners: Option<Vec<Index>> = of_carrier.items().iter().map(|corner| corner.uv()).collect();
+    let corners = corners.filter(|_| same).ok_or(BakeError::OtherFaces)?;
+    let uvs: Vec<Vec2> = carrier.uvs().iter().map(|uv| uv.as_vec2()).collect();
+    Ok(Model::new(Obj::parse(model.obj().with_uvs(&uvs, &corners))?, welding))
+}
+
 /// The manifest as far as it is known before the files are.
 fn describe(model: &Model, names: &Names, atlas: Option<&Atlas>, settings: &Settings, maps: &Maps) -> Manifest {
     let size = maps.size;
@@ -397,6 +453,7 @@ fn describe(model: &Model, names: &Names, atlas: Option<&Atlas>, settings: &Sett
             layout: if is_uv { Layout::Uv } else { Layout::Vertex },
             interpolation: is_uv.then_some(settings.interpolation),
             texels: is_uv.then_some(settings.texels),
+            uvs: UvSource::Mesh,
             width: size.width,
             height: size.height,
             texel: settings.texel,

@@ -62,4 +62,6 @@ pub mod surface;
 pub mod texture;
 pub mod topology;
 mod union_find;
+#[cfg(feature = "unwrap")]
+pub mod unwrap;
 pub mod weld;

@@ -116,6 +116,23 @@ pub enum Layout {
     Vertex,
 }
 
+/// Whose texture coordinates a map lies in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum UvSource {
+    /// Those of the mesh.
+    #[default]
+    Mesh,
+    /// The bake made them; only the carrier has them.
+    Unwrapped,
+}
+
+impl UvSource {
+    fn is_mesh(&self) -> bool {
+        *self == Self::Mesh
+    }
+}
+
 /// The displacement map: p' = p − λ · (bias + scale · texel) · n.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MapEntry {
@@ -131,6 +148,9 @@ pub struct MapEntry {
     /// What was done to the texels that vertices sample; only with [`Layout::Uv`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub texels: Option<Texels>,
+    /// Whose texture coordinates these are.
+    #[serde(default, skip_serializing_if = "UvSource::is_mesh")]
+    pub uvs: UvSource,
     /// Texels in a row.
     pub width: u32,
     /// Rows.

@@ -99,6 +99,11 @@ impl Model {
     pub fn source_corner(&self, corner: Index) -> crate::obj::Corner {
         self.obj.faces().items()[self.tidy.source_corners[corner as usize] as usize]
     }
+    /// The same corner as its place among all corners of the file.
+    #[cfg(feature = "unwrap")]
+    pub(crate) fn source_corner_index(&self, corner: Index) -> Index {
+        self.tidy.source_corners[corner as usize]
+    }
     /// The UV layout.
     pub fn atlas(&self) -> Result<Atlas, AtlasError> {
         let corners = 0..self.surface.topology().faces().items().len() as Index;

@@ -147,6 +147,8 @@ choice!(LayoutArg => LayoutChoice {
     Uv => LayoutChoice::Uv,
     /// One texel for each vertex: always exact, needs no UVs
     Vertex => LayoutChoice::Vertex,
+    /// A new atlas, made by xatlas, instead of the UVs; only in a planish built with --features unwrap
+    Unwrap => LayoutChoice::Unwrap,
 });
 
 /// What a map holds.

@@ -10,7 +10,7 @@ use glam::Vec3;
 use planish_geometry::apply::{self, Places, ShaderVertex};
 use planish_geometry::bundle;
 use planish_geometry::displacement::{Displacement, MapKind};
-use planish_geometry::manifest::{self, Manifest};
+use planish_geometry::manifest::{self, Manifest, UvSource};
 use planish_geometry::model::Model;
 use planish_geometry::obj::Obj;
 use planish_geometry::progress::Progress as _;
@@ -80,6 +80,14 @@ fn shader_vertices(obj: &Obj, manifest: &Manifest, mesh: &Path, named_in: &Path)
             named_in.display(),
             manifest.source.file,
             manifest.carrier.obj
+        );
+        return Err(Failure::at(mesh, reason));
+    }
+    if !is_carrier && manifest.displacement.uvs == UvSource::Unwrapped {
+        let carrier = named_in.with_file_name(&manifest.carrier.obj);
+        let reason = format!(
+            "lacks the texture coordinates of the map, which the bake made; use the carrier {}",
+            carrier.display()
         );
         return Err(Failure::at(mesh, reason));
     }

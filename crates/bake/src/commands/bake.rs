@@ -12,7 +12,7 @@ use planish_geometry::bundle::{
     Settings,
 };
 use planish_geometry::displacement::{FileFormat, MapKind, TexelFormat};
-use planish_geometry::manifest::{self, Layout, Report, Target};
+use planish_geometry::manifest::{self, Layout, Report, Target, UvSource};
 use planish_geometry::materials;
 use planish_geometry::model::Model;
 use planish_geometry::progress::Progress as _;
@@ -35,6 +35,11 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
     let layout = args.layout.into();
     if layout == LayoutChoice::Vertex && args.size.0.is_some() {
         let reason = "--size does not go with --layout vertex, whose size follows from the number of vertices";
+        return Err(Failure::Input(reason.to_owned()));
+    }
+    if layout == LayoutChoice::Unwrap && !bundle::CAN_UNWRAP {
+        let reason =
+            "--layout unwrap is not in this planish; build it with: cargo install --path crates/bake --features unwrap";
         return Err(Failure::Input(reason.to_owned()));
     }
     let input = &args.input;
@@ -63,7 +68,9 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
     };
     let libraries = libraries(input, &model, console);
     let textures = libraries.iter().flat_map(|(_, bytes)| materials::textures(bytes)).map(|name| beside(input, &name));
-    let mut inputs: Vec<PathBuf> = textures.chain(libraries.iter().map(|(path, _)| path.clone())).collect();
+    let textures: Vec<PathBuf> = textures.collect();
+    let textured = !textures.is_empty();
+    let mut inputs: Vec<PathBuf> = textures.into_iter().chain(libraries.iter().map(|(path, _)| path.clone())).collect();
     inputs.extend([input].into_iter().chain(&args.target).cloned());
     let libraries: Vec<Vec<u8>> = libraries.into_iter().map(|l| l.1).collect();
     let relocate = |texture: &str| {
@@ -79,6 +86,9 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
     let written = folder.write(bundle.files.iter().map(|f| (Path::new(&f.name), f.bytes.as_slice())))?;
     for warning in warnings(&bundle) {
         console.warn(&warning);
+    }
+    if layout == LayoutChoice::Unwrap && textured && !model.obj().uvs().is_empty() {
+        console.warn("the textures of its materials do not fit the carrier, whose texture coordinates are new");
     }
     let report = Baked {
         source: input.display().to_string(),
@@ -166,7 +176,7 @@ fn explain(error: BakeError, model: &Model, input: &Path) -> Failure {
         BakeError::Cancelled(_) => Failure::Interrupted,
         BakeError::Atlas(AtlasError::NoUvs) => Failure::at(
             input,
-            "has no texture coordinates (no face names a `vt`): use --layout vertex, which needs none, or unwrap it first (in Blender: Edit Mode, U, Smart UV Project)",
+            "has no texture coordinates (no face names a `vt`): use --layout vertex, which needs none, --layout unwrap, or unwrap it first (in Blender: Edit Mode, U, Smart UV Project)",
         ),
         BakeError::Atlas(AtlasError::NonFinite { uv }) => {
             let lines = model.obj().non_finite_uvs();
@@ -177,6 +187,9 @@ fn explain(error: BakeError, model: &Model, input: &Path) -> Failure {
             Failure::at(input, "has no texture coordinates, and --space tangent needs some; use --space object")
         }
         BakeError::Normals(e) => Failure::at(input, format!("{e}; use --normals angle")),
+        #[cfg(feature = "unwrap")]
+        e @ BakeError::Unwrap(_) => Failure::at(input, e),
+        BakeError::NoRoom { .. } => Failure::at(input, format!("{error}; use a larger --size or --max-size")),
         e @ (BakeError::NotFinite | BakeError::Gltf(_)) => Failure::at(input, e),
         other => Failure::Internal(format!("{}: {other}", input.display())),
     }
@@ -243,7 +256,8 @@ fn text(baked: &Baked) -> String {
             let n = count(own.seam_vertices, "vertex", "vertices");
             line("seams", format!("gap {} between the wedges of a vertex, {n} with several", r.seam_gap));
             let text = format!(
-                "the mesh's own, {:.1} % covered, {} unresolved",
+                "{}, {:.1} % covered, {} unresolved",
+                if map.uvs == UvSource::Mesh { "the mesh's own" } else { "a new atlas, in the carrier" },
                 100.0 * r.layout.coverage,
                 count(r.unresolved_vertices, "vertex", "vertices")
             );

@@ -17,3 +17,4 @@ mod report;
 mod streams;
 #[cfg(unix)]
 mod unix;
+mod unwrap;

@@ -19,6 +19,8 @@ pub enum LayoutChoice {
     Uv,
     /// In one of its own.
     Vertex,
+    /// At texture coordinates that are made for the purpose; only with the feature `unwrap`.
+    Unwrap,
 }
 
 /// Why the texture coordinates of a mesh were not used.

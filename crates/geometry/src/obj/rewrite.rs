@@ -179,17 +179,61 @@ impl Obj {
         out
     }
 
+    /// The file with other texture coordinates; `corners` says for each corner which one. They stand before the first
+    /// face, in place of all `vt` lines. A `vt` index that `l` elements name is left out.
+    pub fn with_uvs(&self, uvs: &[Vec2], corners: &[Index]) -> Vec<u8> {
+        assert_eq!(corners.len(), self.faces.items().len(), "one texture coordinate for each corner");
+        let eol = end_of_line(&self.bytes);
+        let mut patch = Patch::new(&self.bytes);
+        let mut corner = 0;
+        for statement in Statements::new(&self.bytes) {
+            match &self.bytes[statement.keyword.clone()] {
+                b"vt" => {
+                    patch.replace(statement.line_start..statement.line_end);
+                }
+                b"f" | b"fo" => {
+                    if corner == 0 {
+                        let out = patch.replace(statement.line_start..statement.line_start);
+                        push_attributes(out, &[], Some(uvs), eol);
+                    }
+                    for token in Tokens::new(&self.bytes, &statement) {
+                        let named = self.faces.items()[corner];
+                        push_wedge(patch.replace(token), named.position, Some(corners[corner]), named.normal());
+                        corner += 1;
+                    }
+                }
+                b"l" => {
+                    for token in Tokens::new(&self.bytes, &statement) {
+                        if let Some(slash) = memchr::memchr(b'/', &self.bytes[token.clone()]) {
+                            patch.replace(token.start + slash..token.end);
+                        }
+                    }
+                }
+                _ => {}
+            }
+        }
+        patch.finish()
+    }
+
     /// Material of carrier faces that had none.
     pub const CARRIER_MATERIAL: &str = "planish";
 }
 
 /// `v/vt/v` or `v//v`: the normal has the number of the vertex.
 fn push_corner(out: &mut Vec<u8>, position: Index, uv: Option<Index>) {
+    push_wedge(out, position, uv, Some(position));
+}
+
+fn push_wedge(out: &mut Vec<u8>, position: Index, uv: Option<Index>, normal: Option<Index>) {
     push_index(out, position);
-    out.push(b'/');
+    if uv.is_some() || normal.is_some() {
+        out.push(b'/');
+    }
     if let Some(uv) = uv {
         push_index(out, uv);
     }
-    out.push(b'/');
-    push_index(out, position);
+    if let Some(normal) = normal {
+        out.push(b'/');
+        push_index(out, normal);
+    }
 }
