@@ -103,10 +103,12 @@ pub(crate) struct BakeArgs {
     /// Strength λ for the normal map and the client settings: 0 leaves the noise, 1 is denoised
     #[arg(long, value_name = "L", default_value_t = 1.0, allow_negative_numbers = true, value_parser = finite, help_heading = "Map")]
     pub(crate) lambda: f64,
-    /// Normals to displace along
+    /// Normals to displace along; the carrier has them as its `vn` lines
     #[arg(long, value_enum, default_value_t, help_heading = "Map")]
     pub(crate) normals: NormalsArg,
     /// Heights along the normals, or the whole way of each vertex
+    ///
+    /// Methods that have --motion are held to what heights can express; the report says what that costs.
     #[arg(long, value_enum, default_value_t, help_heading = "Map")]
     pub(crate) map: MapArg,
     /// Axes of --map vector [default: object]

@@ -1,5 +1,6 @@
 //! Every method answers one question: how far is each vertex off?
 
+mod along;
 mod bilateral;
 mod bilateral_normals;
 mod conjugate_gradients;
@@ -14,6 +15,7 @@ mod taubin;
 mod tgv_normals;
 mod vertex_update;
 
+pub use along::{Along, Loss};
 pub use bilateral::Bilateral;
 pub use bilateral_normals::{BilateralNormals, Neighbours, Scheme};
 pub use guided_normals::GuidedNormals;
@@ -24,7 +26,7 @@ pub use laplacian::{Boundary, EdgeWeights, Laplacian};
 pub use sun::Sun;
 pub use taubin::Taubin;
 pub use tgv_normals::TgvNormals;
-pub use vertex_update::{FoldOvers, Motion, VertexUpdate};
+pub use vertex_update::{FoldOvers, Motion, VertexScheme, VertexUpdate};
 
 use crate::progress::{Cancelled, Progress};
 use crate::surface::Surface;
@@ -107,8 +109,41 @@ impl Denoiser {
             Self::Laplacian(_) | Self::Taubin(_) | Self::Implicit(_) | Self::TgvNormals(_) => None,
         }
     }
+    /// Where its vertices may go; none where it says nothing of it.
+    pub fn motion(&self) -> Option<Motion> {
+        self.clone().motion_mut().copied()
+    }
+    /// The same method with another motion, where it has one.
+    pub fn with_motion(mut self, motion: Motion) -> Self {
+        if let Some(own) = self.motion_mut() {
+            *own = motion;
+        }
+        self
+    }
+    /// The same method with vertices that may go anywhere.
+    pub fn freed(&self) -> Self {
+        self.clone().with_motion(Motion::Free)
+    }
+    fn motion_mut(&mut self) -> Option<&mut Motion> {
+        match self {
+            Self::Sun(settings) => Some(&mut settings.vertex_update.motion),
+            Self::BilateralNormals(settings) => Some(&mut settings.vertex_update.motion),
+            Self::GuidedNormals(settings) => Some(&mut settings.vertex_update.motion),
+            Self::TgvNormals(settings) => Some(&mut settings.vertex_update.motion),
+            Self::Laplacian(_)
+            | Self::Taubin(_)
+            | Self::Hc(_)
+            | Self::Implicit(_)
+            | Self::Bilateral(_)
+            | Self::L0(_) => None,
+        }
+    }
     /// δᵢ = pᵢ − p*ᵢ, from the denoised place to the vertex. #V×3, model units; zero where a vertex stays.
     pub fn deltas(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
+        if self.motion() == Some(Motion::AlongNormal) {
+            let free = self.freed().deltas(surface, progress)?;
+            return Ok(Along::best(surface, &free, progress)?.0.deltas());
+        }
         progress.stage("denoising");
         match self {
             Self::Laplacian(settings) => laplacian::deltas(surface, settings, progress),
@@ -163,7 +198,8 @@ mod tests {
         let mut all = Vec::new();
         let held = VertexUpdate::paper(5, Boundary::Fixed).held();
         let along = VertexUpdate { motion: Motion::AlongNormal, boundary: Boundary::Free, ..held };
-        for vertex_update in [VertexUpdate::paper(5, Boundary::Free), held, along] {
+        let fitted = VertexUpdate { scheme: VertexScheme::LeastSquares, ..held };
+        for vertex_update in [VertexUpdate::paper(5, Boundary::Free), held, along, fitted] {
             all.push(Denoiser::Sun(Sun { iterations: 4, vertex_update, ..Sun::paper() }));
             for (scheme, neighbours) in [(Scheme::Local, Neighbours::Vertex), (Scheme::Global, Neighbours::Edge)] {
                 let settings = BilateralNormals { iterations: 4, scheme, neighbours, vertex_update, ..<_>::default() };
@@ -291,6 +327,8 @@ mod tests {
         for denoiser in Denoiser::every() {
             assert_eq!(serde_json::to_value(&denoiser).unwrap()["name"], denoiser.name());
             assert!(every().iter().any(|tested| tested.name() == denoiser.name()), "{}", denoiser.name());
+            let along = denoiser.clone().with_motion(Motion::AlongNormal);
+            assert_eq!(along.motion(), denoiser.motion().map(|_| Motion::AlongNormal));
             assert!(denoiser.paper().is_none_or(|paper| paper.name() == denoiser.name()));
         }
     }

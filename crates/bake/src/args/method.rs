@@ -4,12 +4,14 @@
 //! that it replaces, and so goes with the methods that have it.
 
 use super::values::{
-    BoundaryArg, FoldOversArg, MotionArg, NeighboursArg, SchemeArg, SolverArg, WeightsArg, above_zero,
+    BoundaryArg, FoldOversArg, MotionArg, NeighboursArg, SchemeArg, SolverArg, VertexUpdateArg, WeightsArg, above_zero,
     in_unit_interval, inflation, not_negative, share_above_zero, welding,
 };
 use crate::failure::Failure;
 use clap::{Args, ValueEnum};
-use planish_geometry::denoise::{Boundary, Denoiser, EdgeWeights, FoldOvers, Motion, Neighbours, Scheme, Solver};
+use planish_geometry::denoise::{
+    Boundary, Denoiser, EdgeWeights, FoldOvers, Motion, Neighbours, Scheme, Solver, VertexScheme,
+};
 use planish_geometry::weld::Welding;
 use serde::Serialize;
 use serde_json::Value;
@@ -115,13 +117,16 @@ pub(crate) struct MethodArgs {
     /// tgv-normals: weight of curvature that changes against normals that jump [default: 0.4]
     #[arg(long, value_name = "W", value_parser = above_zero, allow_negative_numbers = true)]
     second_order: Option<f64>,
-    /// Filters of normals: steps of the vertices [default: 10, sun: 50, tgv-normals: 20]
+    /// Filters of normals: how vertices follow [default: descent]
+    #[arg(long, value_enum)]
+    vertex_update: Option<VertexUpdateArg>,
+    /// Filters of normals: steps of the vertices with --vertex-update descent [default: 10, sun: 50, tgv-normals: 20]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=100_000), allow_negative_numbers = true)]
     vertex_iterations: Option<u32>,
     /// Filters of normals: pull of the vertices to the input, in pulls of a face around [default: 0.05, paper: 0]
     #[arg(long, value_name = "W", value_parser = not_negative, allow_negative_numbers = true)]
     closeness: Option<f64>,
-    /// Filters of normals: where vertices may go [default: free]
+    /// Filters of normals: where vertices may go [default: free; bake --map scalar: along-normal]
     #[arg(long, value_enum)]
     motion: Option<MotionArg>,
     /// Filters of normals: what happens to steps that fold the surface over [default: prevent, paper: allow]
@@ -138,7 +143,7 @@ pub(crate) struct MethodArgs {
 }
 
 /// Options that say how to denoise, and so mean nothing where the denoised mesh is given.
-pub(super) const METHOD_OPTIONS: [&str; 25] = [
+pub(super) const METHOD_OPTIONS: [&str; 26] = [
     "method",
     "preset",
     "iterations",
@@ -159,6 +164,7 @@ pub(super) const METHOD_OPTIONS: [&str; 25] = [
     "sparsity",
     "fidelity",
     "second_order",
+    "vertex_update",
     "vertex_iterations",
     "closeness",
     "motion",
@@ -192,7 +198,7 @@ impl MethodArgs {
     fn given(&self) -> Vec<(&'static str, &'static [&'static str], Value)> {
         let number = |x: Option<f64>| x.map(Value::from);
         let count = |n: Option<u32>| n.map(Value::from);
-        let all: [(_, &[_], _); 23] = [
+        let all: [(_, &[_], _); 24] = [
             ("--iterations", &["/iterations"], count(self.iterations)),
             ("--step", &["/step"], number(self.step)),
             ("--inflate", &["/inflate"], number(self.inflate)),
@@ -211,6 +217,7 @@ impl MethodArgs {
             ("--sparsity", &["/sparsity"], number(self.sparsity)),
             ("--fidelity", &["/fidelity"], number(self.fidelity)),
             ("--second-order", &["/second_order"], number(self.second_order)),
+            ("--vertex-update", &["/vertex_update/scheme"], choice::<_, VertexScheme>(self.vertex_update)),
             ("--vertex-iterations", &["/vertex_update/iterations"], count(self.vertex_iterations)),
             ("--closeness", &["/vertex_update/closeness"], number(self.closeness)),
             ("--motion", &["/vertex_update/motion"], choice::<_, Motion>(self.motion)),

@@ -2,7 +2,7 @@
 
 use clap::ValueEnum;
 use planish_geometry::bundle::LayoutChoice;
-use planish_geometry::denoise::{Boundary, EdgeWeights, FoldOvers, Motion, Neighbours, Scheme, Solver};
+use planish_geometry::denoise::{Boundary, EdgeWeights, FoldOvers, Motion, Neighbours, Scheme, Solver, VertexScheme};
 use planish_geometry::displacement::FileFormat;
 use planish_geometry::manifest::LARGEST_SIDE;
 use planish_geometry::model::NormalSource;
@@ -65,11 +65,19 @@ choice!(NeighboursArg => Neighbours {
     Edge => Neighbours::Edge,
 });
 
+choice!(VertexUpdateArg => VertexScheme {
+    /// Steps downhill, as in the papers
+    #[default]
+    Descent => VertexScheme::Descent,
+    /// The best fit itself, by conjugate gradients
+    LeastSquares => VertexScheme::LeastSquares,
+});
+
 choice!(MotionArg => Motion {
     /// Anywhere
     #[default]
     Free => Motion::Free,
-    /// Along the vertex normal: all of it fits into a map of heights
+    /// Along one normal for each vertex: all of it fits into a map of heights
     AlongNormal => Motion::AlongNormal,
 });
 
@@ -81,16 +89,20 @@ choice!(FoldOversArg => FoldOvers {
     Allow => FoldOvers::Allow,
 });
 
-choice!(NormalsArg => NormalSource {
-    /// Those of the file, averaged at each vertex
-    File => NormalSource::File,
-    /// Mean of the faces' normals
-    Uniform => NormalSource::Uniform,
-    /// Weighted by area
-    Area => NormalSource::Area,
-    /// Weighted by angle, as Blender's
+choice!(NormalsArg => Option<NormalSource> {
+    /// With methods that have --motion angle or denoised, whichever loses less; else angle
     #[default]
-    Angle => NormalSource::Angle,
+    Auto => None,
+    /// Those of the file, averaged at each vertex
+    File => Some(NormalSource::File),
+    /// Mean of the faces' normals
+    Uniform => Some(NormalSource::Uniform),
+    /// Weighted by area
+    Area => Some(NormalSource::Area),
+    /// Weighted by angle, as Blender's
+    Angle => Some(NormalSource::Angle),
+    /// The same on the denoised surface
+    Denoised => Some(NormalSource::Denoised),
 });
 
 choice!(InterpolationArg => Interpolation {

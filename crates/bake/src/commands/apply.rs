@@ -8,10 +8,9 @@ use crate::input;
 use crate::output::Output;
 use glam::Vec3;
 use planish_geometry::apply::{self, Places, ShaderVertex};
-use planish_geometry::bundle;
 use planish_geometry::displacement::{Displacement, MapKind};
 use planish_geometry::manifest::{self, Manifest, UvSource};
-use planish_geometry::model::Model;
+use planish_geometry::model::{Model, NormalSource};
 use planish_geometry::obj::Obj;
 use planish_geometry::progress::Progress as _;
 use planish_geometry::texture::tangents;
@@ -108,11 +107,23 @@ fn shader_vertices(obj: &Obj, manifest: &Manifest, mesh: &Path, named_in: &Path)
         welding => welding,
     };
     let model = Model::new(obj.clone(), welding);
-    let normals = if is_carrier {
-        let of_lines: Vec<Vec3> = apply::carrier_vertices(obj, places, origin).iter().map(|v| v.normal).collect();
+    let of_carrier = |carrier: &Obj| -> Vec<Vec3> {
+        let of_lines: Vec<Vec3> = apply::carrier_vertices(carrier, places, origin).iter().map(|v| v.normal).collect();
         model.weld().first().iter().map(|&line| of_lines[line as usize]).collect()
+    };
+    let normals = if is_carrier {
+        of_carrier(obj)
+    } else if manifest.normals == NormalSource::Denoised {
+        // Only its carrier has them without denoising once more.
+        let path = named_in.with_file_name(&manifest.carrier.obj);
+        let carrier = input::obj(&path)?;
+        if manifest::sha256(carrier.bytes()) != manifest.carrier.sha256 {
+            let reason = format!("has the normals of the map, and is not the file that {} names", named_in.display());
+            return Err(Failure::at(&path, reason));
+        }
+        of_carrier(&carrier)
     } else {
-        bundle::displacement_normals(&model, manifest.normals).map_err(|e| Failure::at(mesh, e))?
+        model.displacement_normals(manifest.normals, &[]).map_err(|e| Failure::at(mesh, e))?
     };
     let mut vertices = apply::source_vertices(obj, &model.weld().spread(&normals), places, origin);
     if needs_frames {

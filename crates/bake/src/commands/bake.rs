@@ -14,7 +14,7 @@ use planish_geometry::bundle::{
 use planish_geometry::displacement::{FileFormat, MapKind, TexelFormat};
 use planish_geometry::manifest::{self, Layout, Report, Target, UvSource};
 use planish_geometry::materials;
-use planish_geometry::model::Model;
+use planish_geometry::model::{Model, NormalSource};
 use planish_geometry::progress::Progress as _;
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -210,6 +210,9 @@ fn warnings(bundle: &Bundle) -> Vec<String> {
         let n = vertices(r.vertices_without_normal);
         out.push(format!("{n} without a normal (their faces cancel): they stay where they are"));
     }
+    if let Some(heights) = r.heights.filter(|heights| heights.is_much()) {
+        out.push(format!("{heights}; use --map vector"));
+    }
     if r.unresolved_vertices > 0 {
         let (n, side) = (vertices(r.unresolved_vertices), m.displacement.width);
         let tolerance = r.tolerance_quanta;
@@ -250,6 +253,9 @@ fn text(baked: &Baked) -> String {
     if let Some(reason) = &baked.size_reason {
         line("size", reason.clone());
     }
+    if let Some(heights) = &r.heights {
+        line("normals", format!("{}; {heights}", along(m.normals)));
+    }
     line("error", errors(r, map.scale));
     match &r.own_uvs {
         Some(own) => {
@@ -272,6 +278,17 @@ fn text(baked: &Baked) -> String {
         line("wrote", file.clone());
     }
     out
+}
+
+/// What a map displaces along, in words.
+pub(super) fn along(normals: NormalSource) -> &'static str {
+    match normals {
+        NormalSource::File => "those of the file",
+        NormalSource::Uniform => "means over the faces",
+        NormalSource::Area => "area-weighted",
+        NormalSource::Angle => "angle-weighted",
+        NormalSource::Denoised => "angle-weighted, of the denoised surface",
+    }
 }
 
 /// Errors of the places in model units, and of the map in quanta, which is what the encoding allows, or in shares of

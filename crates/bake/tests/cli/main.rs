@@ -9,6 +9,7 @@ mod bundle;
 mod check;
 mod commands;
 mod folder;
+mod heights;
 mod help;
 mod mesh;
 mod methods;
