@@ -13,7 +13,8 @@ pub use layout::{Fallback, LayoutChoice};
 
 use crate::apply;
 use crate::atlas::{Atlas, AtlasError};
-use crate::denoise::Denoiser;
+use crate::denoise::limits::{Bounds, Limits, LimitsError};
+use crate::denoise::{Denoiser, Denoising};
 use crate::displacement::{DecodeError, EncodeError, MapKind, TexelFormat};
 use crate::gltf::GltfError;
 use crate::manifest::{
@@ -118,8 +119,8 @@ impl Default for LargestSide {
 /// Where the vertices shall go.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Goal {
-    /// Where a method takes them.
-    Denoiser(Denoiser),
+    /// Where a method takes them, within its limits.
+    Denoiser(Denoising),
     /// To these places: the heights of any denoised mesh.
     Target {
         /// Of the vertices. #V×3, model units
@@ -131,7 +132,13 @@ pub enum Goal {
 
 impl Default for Goal {
     fn default() -> Self {
-        Self::Denoiser(Denoiser::default())
+        Denoiser::default().into()
+    }
+}
+
+impl From<Denoiser> for Goal {
+    fn from(denoiser: Denoiser) -> Self {
+        Self::Denoiser(denoiser.into())
     }
 }
 
@@ -144,22 +151,29 @@ impl Goal {
         let positions = model.weld().first().iter().map(|&line| denoised.positions()[line as usize]).collect();
         Self::Target { positions, target }
     }
-    /// δ = p − p*. #V×3, model units
+    /// δ = p − p*, before limits. #V×3, model units
     ///
     /// # Panics
     /// If a target has not one position for each vertex.
     pub fn deltas(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
         match self {
-            Self::Denoiser(denoiser) => denoiser.deltas(surface, progress),
+            Self::Denoiser(denoising) => denoising.denoiser.deltas(surface, progress),
             Self::Target { positions, .. } => {
                 assert_eq!(positions.len(), surface.positions().len(), "one target for each vertex");
                 Ok(surface.positions().iter().zip(positions).map(|(p, q)| *p - *q).collect())
             }
         }
     }
+    /// Limits of the vertices.
+    fn bounds(&self, model: &Model) -> Result<Bounds, LimitsError> {
+        match self {
+            Self::Denoiser(denoising) => denoising.limits.on(model.surface(), model.weld()),
+            Self::Target { .. } => Limits::default().on(model.surface(), model.weld()),
+        }
+    }
     fn method(&self) -> Method {
         match self {
-            Self::Denoiser(denoiser) => Method::Denoiser(denoiser.clone()),
+            Self::Denoiser(denoising) => Method::Denoiser(denoising.clone()),
             Self::Target { target, .. } => Method::Target(target.clone()),
         }
     }
@@ -223,6 +237,9 @@ pub enum BakeError {
     /// [`NormalSource::File`] without normals in the file.
     #[error(transparent)]
     Normals(#[from] NoFileNormals),
+    /// Limits that do not fit the mesh.
+    #[error(transparent)]
+    Limits(#[from] LimitsError),
     /// An image could not be made.
     #[error(transparent)]
     Encode(#[from] EncodeError),

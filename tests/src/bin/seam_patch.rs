@@ -57,8 +57,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// p − h·n of each vertex.
 fn expected(model: &Model, manifest: &Manifest) -> Result<Vec<DVec3>, Box<dyn Error>> {
-    let Method::Denoiser(denoiser) = &manifest.method else { return Err("baked with --target".into()) };
-    let deltas = denoiser.deltas(model.surface(), &Silent)?;
+    let Method::Denoiser(denoising) = &manifest.method else { return Err("baked with --target".into()) };
+    let deltas = denoising.deltas(model.surface(), model.weld(), &Silent)?.0;
     let along = displacement_normals(model, manifest.normals)?;
     let heights = normals::heights(&deltas, &along);
     let places = model.surface().positions().iter().zip(heights.iter().zip(&along));

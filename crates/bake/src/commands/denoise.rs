@@ -4,26 +4,35 @@ use crate::args::DenoiseArgs;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::output::Output;
+use planish_geometry::denoise::limits::Outcome;
+use planish_geometry::denoise::{Denoising, DenoisingError};
 use planish_geometry::progress::Progress as _;
 use serde::Serialize;
+use std::path::{Path, PathBuf};
 
 #[derive(Serialize)]
 struct Denoised {
     output: String,
-    method: planish_geometry::denoise::Denoiser,
+    method: Denoising,
     vertices: usize,
     faces: usize,
     mean_edge: f64,
     mean_displacement: f64,
     max_displacement: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    limits: Option<Outcome>,
 }
 
 pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> {
-    let method = args.method.denoiser()?;
-    let output = Output::open(&args.output, &[&args.input])?;
+    let inputs: Vec<&Path> = [&args.input].into_iter().chain(args.method.masks()).map(PathBuf::as_path).collect();
+    let output = Output::open(&args.output, &inputs)?;
     let model = super::model(&args.input, args.method.weld, console)?;
     let surface = model.surface();
-    let deltas = method.deltas(surface, console)?;
+    let method = args.method.denoising(model.obj())?;
+    let (deltas, limits) = method.deltas(surface, model.weld(), console).map_err(|e| match e {
+        DenoisingError::Limits(e) => super::limits_do_not_fit(&e, &args.input),
+        DenoisingError::Cancelled(_) => Failure::Interrupted,
+    })?;
     let places: Vec<_> = surface.positions().iter().zip(&deltas).map(|(p, d)| *p - *d).collect();
     if let Some(v) = places.iter().position(|p| !p.is_finite()) {
         let line = model.weld().first()[v] + 1;
@@ -45,7 +54,11 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
         mean_edge: surface.mean_edge(),
         mean_displacement: lengths().sum::<f64>() / deltas.len() as f64,
         max_displacement: lengths().fold(0.0, f64::max),
+        limits,
     };
+    if let Some(warning) = limits.as_ref().and_then(super::volume_not_restored) {
+        console.warn(&warning);
+    }
     if model.obj().normals().is_empty() && args.update_normals {
         console.warn(&format!("{}: --update-normals has nothing to do, there are no `vn` lines", args.input.display()));
     } else if !model.obj().normals().is_empty() && !args.update_normals {
@@ -53,10 +66,12 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
     }
     console.report(&report, || {
         let Denoised { output, mean_edge, mean_displacement, max_displacement, vertices, .. } = &report;
+        let limits = report.limits.as_ref().map(|limits| format!("  limits: {}\n", super::limits(limits)));
         format!(
-            "wrote {output}\n  {vertices} vertices, moved by {:.3} mean edge lengths on average, {:.3} at most\n",
+            "wrote {output}\n  {vertices} vertices, moved by {:.3} mean edge lengths on average, {:.3} at most\n{}",
             mean_displacement / mean_edge,
-            max_displacement / mean_edge
+            max_displacement / mean_edge,
+            limits.unwrap_or_default()
         )
     });
     Ok(())

@@ -10,6 +10,7 @@ mod check;
 mod commands;
 mod folder;
 mod help;
+mod limits;
 mod mesh;
 mod methods;
 mod reference;

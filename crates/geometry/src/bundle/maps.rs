@@ -3,10 +3,11 @@
 use super::layout::Plan;
 use super::{BakeError, Goal, Settings, apply_offsets};
 use crate::atlas::Atlas;
+use crate::denoise::limits::Outcome;
 use crate::displacement::{self, Displacement, Encoding, MapKind};
 use crate::model::Model;
 use crate::normals;
-use crate::progress::{Cancelled, Progress};
+use crate::progress::Progress;
 use crate::texture::findings::Findings;
 use crate::texture::resolution::{self, Spacing};
 use crate::texture::tangents::{self, Tangent};
@@ -21,10 +22,12 @@ pub(super) struct Offsets {
     pub(super) channels: Vec<Vec<f64>>,
     /// Root mean square of the part of δ that the map leaves out, model units.
     pub(super) left_out_rms: f64,
+    /// What limits did; none without any.
+    pub(super) limits: Option<Outcome>,
 }
 
 impl Offsets {
-    /// Denoises. Frames (#V) are needed for tangent space only.
+    /// Denoises. Frames (#V) are needed for tangent space only. Limits hold for the way that the map can hold.
     pub(super) fn new(
         model: &Model,
         goal: &Goal,
@@ -32,35 +35,42 @@ impl Offsets {
         normals: &[Vec3],
         frames: &[Tangent],
         progress: &dyn Progress,
-    ) -> Result<Self, Cancelled> {
-        let positions = model.surface().positions();
-        let deltas = &goal.deltas(model.surface(), progress)?;
-        Ok(match kind {
-            MapKind::Scalar => {
-                let heights = normals::heights(deltas, normals);
-                let held: Vec<DVec3> = heights.iter().zip(normals).map(|(h, n)| *h * n.as_dvec3()).collect();
-                let left_out = deltas.iter().zip(&held).map(|(d, held)| (*d - *held).length_squared());
-                let left_out_rms = (left_out.sum::<f64>() / deltas.len().max(1) as f64).sqrt();
-                let places = positions.iter().zip(held).map(|(p, held)| *p - held).collect();
-                Self { places, channels: vec![heights], left_out_rms }
+    ) -> Result<Self, BakeError> {
+        let surface = model.surface();
+        let positions = surface.positions();
+        let bounds = goal.bounds(model)?;
+        let mut deltas = goal.deltas(surface, progress)?;
+        bounds.clamp(&mut deltas);
+        let along: Vec<DVec3> = normals.iter().map(|n| n.as_dvec3()).collect();
+        let places = |ways: &[DVec3]| positions.iter().zip(ways).map(|(p, way)| *p - *way).collect();
+        if kind == MapKind::Scalar {
+            let mut heights = normals::heights(&deltas, normals);
+            let mut held: Vec<DVec3> = heights.iter().zip(&along).map(|(h, n)| *h * *n).collect();
+            let left_out = deltas.iter().zip(&held).map(|(d, held)| (*d - *held).length_squared());
+            let left_out_rms = (left_out.sum::<f64>() / deltas.len().max(1) as f64).sqrt();
+            let limits = bounds.apply(surface, &along, &mut held, progress)?;
+            if limits.is_some() {
+                // In single precision normals are a little longer or shorter than one.
+                let height = |(held, n): (&DVec3, &DVec3)| held.dot(*n) / n.length_squared().max(f64::MIN_POSITIVE);
+                heights = held.iter().zip(&along).map(height).collect();
             }
-            MapKind::VectorObject => {
-                let places = positions.iter().zip(deltas).map(|(p, d)| *p - *d).collect();
-                Self { places, channels: split(deltas), left_out_rms: 0.0 }
-            }
-            MapKind::VectorTangent => {
-                let local = |((delta, n), frame): ((&DVec3, &Vec3), &Tangent)| {
-                    let [t, b, n] = frame.frame(*n).map(Vec3::as_dvec3);
-                    let local = DMat3::from_cols(t, b, n).inverse() * *delta;
-                    if local.is_finite() { local } else { DVec3::ZERO }
-                };
-                let local: Vec<DVec3> = deltas.iter().zip(normals).zip(frames).map(local).collect();
-                let channels = split(&local);
-                let has_frame = |n: &Vec3| if *n == Vec3::ZERO { 0.0 } else { 1.0 };
-                let places = positions.iter().zip(deltas).zip(normals).map(|((p, d), n)| *p - *d * has_frame(n));
-                Self { places: places.collect(), channels, left_out_rms: 0.0 }
-            }
-        })
+            return Ok(Self { places: places(&held), channels: vec![heights], left_out_rms, limits });
+        }
+        let limits = bounds.apply(surface, &along, &mut deltas, progress)?;
+        let (places, channels) = if kind == MapKind::VectorTangent {
+            let local = |((delta, n), frame): ((&DVec3, &Vec3), &Tangent)| {
+                let [t, b, n] = frame.frame(*n).map(Vec3::as_dvec3);
+                let local = DMat3::from_cols(t, b, n).inverse() * *delta;
+                if local.is_finite() { local } else { DVec3::ZERO }
+            };
+            let local: Vec<DVec3> = deltas.iter().zip(normals).zip(frames).map(local).collect();
+            let has_frame = |n: &Vec3| if *n == Vec3::ZERO { 0.0 } else { 1.0 };
+            let ways: Vec<DVec3> = deltas.iter().zip(normals).map(|(d, n)| *d * has_frame(n)).collect();
+            (places(&ways), split(&local))
+        } else {
+            (places(&deltas), split(&deltas))
+        };
+        Ok(Self { places, channels, left_out_rms: 0.0, limits })
     }
 }
 

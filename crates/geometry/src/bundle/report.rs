@@ -102,6 +102,7 @@ pub(super) fn measure(evidence: &Evidence, manifest: &Manifest) -> Result<Report
         own_uvs,
         layout: evidence.findings.clone(),
         left_out_rms: offsets.left_out_rms,
+        limits: offsets.limits,
         vertices_without_normal: without_normal,
         suggestion: None,
     };
