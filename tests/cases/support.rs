@@ -116,8 +116,8 @@ impl Read {
 
 /// Heights of the vertices from first principles, and the normals they belong to. #V
 pub(crate) fn heights(model: &Model, settings: &Settings) -> (Vec<f64>, Vec<Vec3>) {
-    let Goal::Denoiser(denoiser) = &settings.goal else { panic!("the tests bake no targets") };
-    let deltas = denoiser.deltas(model.surface(), &Silent).unwrap();
+    let Goal::Denoiser(denoising) = &settings.goal else { panic!("the tests bake no targets") };
+    let deltas = denoising.run(model.surface(), model.weld(), &Silent).unwrap().deltas;
     let along = model.displacement_normals(settings.normals.unwrap_or_default(), &deltas).unwrap();
     (normals::heights(&deltas, &along), along)
 }

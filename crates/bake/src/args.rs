@@ -1,5 +1,6 @@
 //! The command line, as clap reads it; the doc comments are the help.
 
+mod limits;
 mod method;
 mod values;
 

@@ -15,6 +15,7 @@ pub use layout::{Fallback, LayoutChoice};
 
 use crate::apply;
 use crate::atlas::{Atlas, AtlasError};
+use crate::denoise::limits::LimitsError;
 use crate::displacement::{DecodeError, EncodeError, MapKind, TexelFormat};
 use crate::gltf::GltfError;
 use crate::manifest::{
@@ -172,6 +173,9 @@ pub enum BakeError {
     /// [`NormalSource::File`] without normals in the file.
     #[error(transparent)]
     Normals(#[from] NoFileNormals),
+    /// Limits that do not fit the mesh.
+    #[error(transparent)]
+    Limits(#[from] LimitsError),
     /// An image could not be made.
     #[error(transparent)]
     Encode(#[from] EncodeError),

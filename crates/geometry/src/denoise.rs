@@ -4,12 +4,14 @@ mod along;
 mod bilateral;
 mod bilateral_normals;
 mod conjugate_gradients;
+mod denoising;
 mod faces;
 mod guided_normals;
 mod hc;
 mod implicit;
 mod l0;
 mod laplacian;
+pub mod limits;
 mod sun;
 mod taubin;
 mod tgv_normals;
@@ -18,6 +20,7 @@ mod vertex_update;
 pub use along::{Along, Loss};
 pub use bilateral::Bilateral;
 pub use bilateral_normals::{BilateralNormals, Neighbours, Scheme};
+pub use denoising::{Denoising, DenoisingError, Moved};
 pub use guided_normals::GuidedNormals;
 pub use hc::Hc;
 pub use implicit::{Implicit, Solver};
@@ -168,11 +171,15 @@ impl Denoiser {
 /// Laws that hold for every method, whatever its settings.
 #[cfg(test)]
 mod tests {
+    use super::limits::{Limits, Outcome, Volume};
     use super::*;
+    use crate::model::NormalSource;
+    use crate::normals::{self, FaceWeight};
     use crate::progress::Silent;
     use crate::ragged::Index;
     use crate::shapes;
     use crate::topology::Topology;
+    use crate::weld::{Weld, Welding};
     use glam::DQuat;
 
     /// Some of each; a new method is added here and nowhere else.
@@ -223,6 +230,24 @@ mod tests {
         denoiser.deltas(surface, &Silent).unwrap()
     }
 
+    /// All limits at once; the rim is fixed because without that an open surface has no volume.
+    fn limits() -> Limits {
+        Limits { fixed: "boundary 2-3 5".parse().unwrap(), max_displacement: Some(0.05), volume: Volume::Preserve }
+    }
+
+    fn limited(denoiser: &Denoiser, limits: &Limits, surface: &Surface) -> (Vec<DVec3>, Option<Outcome>) {
+        let weld = Weld::new(surface.positions(), Welding::None);
+        let denoising = Denoising { denoiser: denoiser.clone(), limits: limits.clone() };
+        let Moved { deltas, limits, .. } = denoising.run(surface, &weld, &Silent).unwrap();
+        (deltas, limits)
+    }
+
+    /// Six times the volume between the faces and the origin, where vertices go by −δ.
+    fn six_volumes(surface: &Surface, deltas: &[DVec3]) -> f64 {
+        let at = |v: Index| surface.positions()[v as usize] - deltas[v as usize];
+        surface.triangles().map(|t| t.map(at)).map(|[a, b, c]| a.dot(b.cross(c))).sum()
+    }
+
     /// Closed, open with a boundary, and of quads.
     fn families() -> [Surface; 3] {
         let bumpy = |grid: Surface| {
@@ -247,6 +272,11 @@ mod tests {
                 let gap = largest_gap(&deltas(&denoiser, &moved), &expected);
                 // Sums of a dozen terms of size 10, five steps: a few hundred ulps.
                 assert!(gap < 1e-12, "{denoiser:?}: {gap:e}");
+                let [here, there] = [&surface, &moved].map(|surface| limited(&denoiser, &limits(), surface).0);
+                let expected: Vec<_> = here.iter().map(|d| turn * *d * scale).collect();
+                let gap = largest_gap(&there, &expected);
+                // The volume is restored to 1e-13 of the sum over the triangles.
+                assert!(gap < 1e-11, "{denoiser:?}: {gap:e}");
             }
         }
     }
@@ -265,12 +295,74 @@ mod tests {
     }
 
     #[test]
+    fn fixed_vertices_stay_and_none_goes_too_far_and_the_volume_is_restored() {
+        let mut stopped = 0;
+        for surface in families() {
+            let topology = surface.topology();
+            let still = vec![DVec3::ZERO; topology.vertex_count()];
+            let reach = 0.05 * surface.mean_edge();
+            for denoiser in every() {
+                let (deltas, outcome) = limited(&denoiser, &limits(), &surface);
+                for (v, (p, delta)) in (0..).zip(surface.positions().iter().zip(&deltas)) {
+                    if topology.is_boundary(v) || [1, 2, 4].contains(&v) {
+                        assert_eq!((*p - *delta).to_array().map(f64::to_bits), p.to_array().map(f64::to_bits));
+                    }
+                    assert!(delta.length() <= reach, "{denoiser:?}: {}", delta.length() / reach);
+                }
+                let [before, after] = [&still, &deltas].map(|deltas| six_volumes(&surface, deltas));
+                assert!((after / before - 1.0).abs() < 1e-9, "{denoiser:?}: {:e}", after / before - 1.0);
+                let outcome = outcome.unwrap();
+                assert!(outcome.volume.unwrap().restored, "{denoiser:?}: {outcome:?}");
+                stopped += outcome.stopped_vertices;
+            }
+        }
+        assert!(stopped > 0);
+    }
+
+    #[test]
+    fn along_the_normal_means_along_it_within_limits_too() {
+        let surface = shapes::dented_sphere(2);
+        let weld = Weld::new(surface.positions(), Welding::None);
+        let tested: Vec<_> = every().into_iter().filter(|d| d.motion() == Some(Motion::AlongNormal)).collect();
+        assert!(!tested.is_empty());
+        for denoiser in tested {
+            for limits in [Limits::default(), limits()] {
+                let denoising = Denoising { denoiser: denoiser.clone(), limits };
+                let moved = denoising.run(&surface, &weld, &Silent).unwrap();
+                let (along, source) = moved.along.unwrap();
+                let of = match source {
+                    NormalSource::Angle => surface.clone(),
+                    _ => surface.at(denoiser.freed().denoised(&surface, &Silent).unwrap()),
+                };
+                let normals = normals::vertex_normals(&of, FaceWeight::Angle);
+                for ((delta, n), of_surface) in moved.deltas.iter().zip(&along.normals).zip(normals) {
+                    assert!(delta.cross(n.as_dvec3()).length() < 1e-15, "{denoiser:?}: {delta}");
+                    // Limits shorten ways before normals are taken of where these lead.
+                    let same = n.as_dvec3().distance(of_surface) < 1e-7;
+                    assert!(same || !denoising.limits.is_none(), "{denoiser:?}: {n} {of_surface}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn limits_that_allow_everything_change_no_bit() {
+        let surface = shapes::dented_sphere(2);
+        let wide = Limits { max_displacement: Some(1e6), ..Limits::default() };
+        for denoiser in every() {
+            let free = deltas(&denoiser, &surface);
+            assert_eq!(limited(&denoiser, &Limits::default(), &surface), (free.clone(), None));
+            assert_eq!(limited(&denoiser, &wide, &surface), (free, Some(Outcome::default())));
+        }
+    }
+
+    #[test]
     fn the_same_surface_gives_the_same_bits_on_any_number_of_threads() {
         let surface = shapes::dented_sphere(4);
         for denoiser in every() {
             let on = |threads| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-                pool.install(|| deltas(&denoiser, &surface))
+                pool.install(|| (deltas(&denoiser, &surface), limited(&denoiser, &limits(), &surface)))
             };
             assert!(on(1) == on(2) && on(1) == on(7), "{denoiser:?}");
         }
@@ -319,6 +411,14 @@ mod tests {
         for denoiser in every() {
             let json = serde_json::to_string(&denoiser).unwrap();
             assert_eq!(serde_json::from_str::<Denoiser>(&json).unwrap(), denoiser, "{json}");
+            // Settings without limits are the same text, and an unknown one is refused beside them too.
+            let free = Denoising::from(denoiser.clone());
+            assert_eq!(serde_json::to_string(&free).unwrap(), json);
+            let denoising = Denoising { limits: limits(), ..free };
+            let mut json = serde_json::to_value(&denoising).unwrap();
+            assert_eq!(serde_json::from_value::<Denoising>(json.clone()).unwrap(), denoising, "{json}");
+            json["no_such_setting"] = 1.into();
+            assert!(serde_json::from_value::<Denoising>(json).is_err());
         }
     }
 

@@ -3,7 +3,8 @@
 //! Names are relative to the manifest's folder. Lengths are in model units. Every field below is written; unknown
 //! fields are passed over when reading, so that later versions may add some.
 
-use crate::denoise::{Denoiser, Loss};
+use crate::denoise::limits::Outcome;
+use crate::denoise::{Denoising, Loss};
 use crate::displacement::{Encoding, MapKind, TexelFormat};
 use crate::model::NormalSource;
 use crate::ragged::Index;
@@ -75,7 +76,7 @@ pub struct Source {
 #[serde(untagged, expecting = "`method` is not an object with a `name`")]
 pub enum Method {
     /// By this, all settings included.
-    Denoiser(Denoiser),
+    Denoiser(Denoising),
     /// By somebody else.
     Target(Target),
     /// By something that this version does not know; the map can be used all the same.
@@ -275,6 +276,9 @@ pub struct Report {
     /// What heights cost in the angles of the faces; only with [`MapKind::Scalar`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heights: Option<HeightsLoss>,
+    /// What limits of the method did; none without any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limits: Option<Outcome>,
     /// Vertices of faces whose normals cancel; a map of heights does not displace them.
     pub vertices_without_normal: usize,
     /// What would make the map better.

@@ -56,8 +56,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// p − h·n of each vertex.
 fn expected(model: &Model, manifest: &Manifest) -> Result<Vec<DVec3>, Box<dyn Error>> {
-    let Method::Denoiser(denoiser) = &manifest.method else { return Err("baked with --target".into()) };
-    let goal = Goal::Denoiser(denoiser.clone());
+    let Method::Denoiser(denoising) = &manifest.method else { return Err("baked with --target".into()) };
+    let goal = Goal::Denoiser(denoising.clone());
     let ways = goal.ways(model, manifest.displacement.map, Some(manifest.normals), &Silent)?;
     Ok(model.surface().positions().iter().zip(ways.deltas).map(|(p, delta)| *p - delta).collect())
 }

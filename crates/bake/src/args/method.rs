@@ -3,6 +3,7 @@
 //! A method is its name and the settings of the library, as they stand in the manifest; each option names the setting
 //! that it replaces, and so goes with the methods that have it.
 
+use super::limits::LimitArgs;
 use super::values::{
     BoundaryArg, FoldOversArg, MotionArg, NeighboursArg, SchemeArg, SolverArg, VertexUpdateArg, WeightsArg, above_zero,
     in_unit_interval, inflation, not_negative, share_above_zero, welding,
@@ -10,11 +11,13 @@ use super::values::{
 use crate::failure::Failure;
 use clap::{Args, ValueEnum};
 use planish_geometry::denoise::{
-    Boundary, Denoiser, EdgeWeights, FoldOvers, Motion, Neighbours, Scheme, Solver, VertexScheme,
+    Boundary, Denoiser, Denoising, EdgeWeights, FoldOvers, Motion, Neighbours, Scheme, Solver, VertexScheme,
 };
+use planish_geometry::obj::Obj;
 use planish_geometry::weld::Welding;
 use serde::Serialize;
 use serde_json::Value;
+use std::path::PathBuf;
 
 /// Methods by name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -135,6 +138,8 @@ pub(crate) struct MethodArgs {
     /// What happens at the rim of an open mesh [default: fixed; free with guided-normals, l0 and tgv-normals]
     #[arg(long, value_enum)]
     boundary: Option<BoundaryArg>,
+    #[command(flatten)]
+    limits: LimitArgs,
     /// Which `v` lines are one vertex: exact (equal coordinates), none, or a distance in model units
     ///
     /// Exporters split vertices at UV seams; without welding the mesh would be cut open there.
@@ -143,7 +148,7 @@ pub(crate) struct MethodArgs {
 }
 
 /// Options that say how to denoise, and so mean nothing where the denoised mesh is given.
-pub(super) const METHOD_OPTIONS: [&str; 26] = [
+pub(super) const METHOD_OPTIONS: [&str; 29] = [
     "method",
     "preset",
     "iterations",
@@ -170,10 +175,23 @@ pub(super) const METHOD_OPTIONS: [&str; 26] = [
     "motion",
     "fold_overs",
     "boundary",
+    "fix",
+    "max_displacement",
+    "preserve_volume",
 ];
 
 impl MethodArgs {
-    pub(crate) fn denoiser(&self) -> Result<Denoiser, Failure> {
+    /// The method, and its limits for a mesh.
+    pub(crate) fn denoising(&self, mesh: &Obj) -> Result<Denoising, Failure> {
+        Ok(Denoising { denoiser: self.denoiser()?, limits: self.limits.limits(mesh)? })
+    }
+
+    /// Files that say which vertices stay.
+    pub(crate) fn masks(&self) -> impl Iterator<Item = &PathBuf> {
+        self.limits.masks()
+    }
+
+    fn denoiser(&self) -> Result<Denoiser, Failure> {
         let every = Denoiser::every();
         let name = self.method.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned());
         let internal = || Failure::Internal(format!("the method {name} has settings that it does not know"));

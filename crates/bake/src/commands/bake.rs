@@ -71,7 +71,7 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
     let textures: Vec<PathBuf> = textures.collect();
     let textured = !textures.is_empty();
     let mut inputs: Vec<PathBuf> = textures.into_iter().chain(libraries.iter().map(|(path, _)| path.clone())).collect();
-    inputs.extend([input].into_iter().chain(&args.target).cloned());
+    inputs.extend([input].into_iter().chain(&args.target).chain(args.method.masks()).cloned());
     let libraries: Vec<Vec<u8>> = libraries.into_iter().map(|l| l.1).collect();
     let relocate = |texture: &str| {
         let place = beside(input, texture);
@@ -102,7 +102,7 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
 }
 
 fn goal(args: &BakeArgs, model: &Model, folder: &Path) -> Result<Goal, Failure> {
-    let Some(path) = &args.target else { return args.method.denoiser().map(Goal::Denoiser) };
+    let Some(path) = &args.target else { return args.method.denoising(model.obj()).map(Goal::Denoiser) };
     let obj = input::obj(path)?;
     let (found, needed) = (obj.positions().len(), model.obj().positions().len());
     if found != needed {
@@ -186,6 +186,7 @@ fn explain(error: BakeError, model: &Model, input: &Path) -> Failure {
         BakeError::NoTangents => {
             Failure::at(input, "has no texture coordinates, and --space tangent needs some; use --space object")
         }
+        BakeError::Limits(e) => super::limits_do_not_fit(&e, input),
         BakeError::Normals(e) => Failure::at(input, format!("{e}; use --normals angle")),
         #[cfg(feature = "unwrap")]
         e @ BakeError::Unwrap(_) => Failure::at(input, e),
@@ -205,6 +206,7 @@ fn warnings(bundle: &Bundle) -> Vec<String> {
     if m.normal_map.is_none() && bundle.fallback != Some(Fallback::NoUvs) && m.displacement.layout == Layout::Vertex {
         out.push("no normal map: the texture coordinates of the mesh have no room for one".to_owned());
     }
+    out.extend(r.limits.as_ref().and_then(super::volume_not_restored));
     let vertices = |n| count(n, "vertex", "vertices");
     if r.vertices_without_normal > 0 {
         let n = vertices(r.vertices_without_normal);
@@ -252,6 +254,9 @@ fn text(baked: &Baked) -> String {
     );
     if let Some(reason) = &baked.size_reason {
         line("size", reason.clone());
+    }
+    if let Some(limits) = &r.limits {
+        line("limits", super::limits(limits));
     }
     if let Some(heights) = &r.heights {
         line("normals", format!("{}; {heights}", along(m.normals)));

@@ -4,17 +4,19 @@ use crate::args::DenoiseArgs;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::output::Output;
-use planish_geometry::denoise::{Along, Motion};
+use planish_geometry::denoise::limits::Outcome;
+use planish_geometry::denoise::{Denoising, DenoisingError, Moved};
 use planish_geometry::manifest::HeightsLoss;
 use planish_geometry::model::NormalSource;
 use planish_geometry::progress::Progress as _;
 use serde::Serialize;
 use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
 
 #[derive(Serialize)]
 struct Denoised {
     output: String,
-    method: planish_geometry::denoise::Denoiser,
+    method: Denoising,
     vertices: usize,
     faces: usize,
     mean_edge: f64,
@@ -23,6 +25,8 @@ struct Denoised {
     /// With --motion along-normal.
     #[serde(skip_serializing_if = "Option::is_none")]
     heights: Option<Heights>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    limits: Option<Outcome>,
 }
 
 /// What heights can hold of the free form.
@@ -34,18 +38,16 @@ struct Heights {
 }
 
 pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> {
-    let method = args.method.denoiser()?;
-    let output = Output::open(&args.output, &[&args.input])?;
+    let inputs: Vec<&Path> = [&args.input].into_iter().chain(args.method.masks()).map(PathBuf::as_path).collect();
+    let output = Output::open(&args.output, &inputs)?;
     let model = super::model(&args.input, args.method.weld, console)?;
     let surface = model.surface();
-    let (deltas, heights) = if method.motion() == Some(Motion::AlongNormal) {
-        let free = method.freed().deltas(surface, console)?;
-        let (along, normals) = Along::best(surface, &free, console)?;
-        let loss = HeightsLoss::from(along.loss);
-        (along.deltas(), Some(Heights { normals, loss }))
-    } else {
-        (method.deltas(surface, console)?, None)
-    };
+    let method = args.method.denoising(model.obj())?;
+    let moved = method.run(surface, model.weld(), console).map_err(|e| match e {
+        DenoisingError::Limits(e) => super::limits_do_not_fit(&e, &args.input),
+        DenoisingError::Cancelled(_) => Failure::Interrupted,
+    })?;
+    let Moved { deltas, along, limits } = moved;
     let places: Vec<_> = surface.positions().iter().zip(&deltas).map(|(p, d)| *p - *d).collect();
     if let Some(v) = places.iter().position(|p| !p.is_finite()) {
         let line = model.weld().first()[v] + 1;
@@ -67,22 +69,29 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
         mean_edge: surface.mean_edge(),
         mean_displacement: lengths().sum::<f64>() / deltas.len() as f64,
         max_displacement: lengths().fold(0.0, f64::max),
-        heights,
+        heights: along.map(|(along, normals)| Heights { normals, loss: along.loss.into() }),
+        limits,
     };
+    if let Some(warning) = limits.as_ref().and_then(super::volume_not_restored) {
+        console.warn(&warning);
+    }
     if model.obj().normals().is_empty() && args.update_normals {
         console.warn(&format!("{}: --update-normals has nothing to do, there are no `vn` lines", args.input.display()));
     } else if !model.obj().normals().is_empty() && !args.update_normals {
         console.warn("the `vn` lines still hold the noisy normals; --update-normals gives them new numbers");
     }
     console.report(&report, || {
-        let Denoised { output, mean_edge, mean_displacement, max_displacement, vertices, heights, .. } = &report;
+        let Denoised { output, mean_edge, mean_displacement, max_displacement, vertices, .. } = &report;
         let mut text = format!(
             "wrote {output}\n  {vertices} vertices, moved by {:.3} mean edge lengths on average, {:.3} at most\n",
             mean_displacement / mean_edge,
             max_displacement / mean_edge
         );
-        if let Some(Heights { normals, loss }) = heights {
+        if let Some(Heights { normals, loss }) = &report.heights {
             let _ = writeln!(text, "  along normals ({}): {loss}", super::bake::along(*normals));
+        }
+        if let Some(limits) = &report.limits {
+            let _ = writeln!(text, "  limits: {}", super::limits(limits));
         }
         text
     });

@@ -11,6 +11,7 @@ mod commands;
 mod folder;
 mod heights;
 mod help;
+mod limits;
 mod mesh;
 mod methods;
 mod reference;

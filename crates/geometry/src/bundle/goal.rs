@@ -1,19 +1,21 @@
 //! Where the vertices shall go, and along what.
 
 use super::BakeError;
-use crate::denoise::{Along, Denoiser, Loss, Motion};
+use crate::denoise::limits::{Bounds, Limits, LimitsError, Outcome};
+use crate::denoise::{Along, Denoiser, Denoising, DenoisingError, Loss, Motion};
 use crate::displacement::MapKind;
 use crate::manifest::{Method, Target};
 use crate::model::{Model, NormalSource};
 use crate::obj::Obj;
 use crate::progress::Progress;
+use crate::surface::Surface;
 use glam::{DVec3, Vec3};
 
 /// Where the vertices shall go.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Goal {
-    /// Where a method takes them.
-    Denoiser(Denoiser),
+    /// Where a method takes them, within its limits.
+    Denoiser(Denoising),
     /// To these places: the heights of any denoised mesh.
     Target {
         /// Of the vertices. #V×3, model units
@@ -25,7 +27,22 @@ pub enum Goal {
 
 impl Default for Goal {
     fn default() -> Self {
-        Self::Denoiser(Denoiser::default())
+        Denoiser::default().into()
+    }
+}
+
+impl From<Denoiser> for Goal {
+    fn from(denoiser: Denoiser) -> Self {
+        Self::Denoiser(denoiser.into())
+    }
+}
+
+impl From<DenoisingError> for BakeError {
+    fn from(error: DenoisingError) -> Self {
+        match error {
+            DenoisingError::Limits(error) => Self::Limits(error),
+            DenoisingError::Cancelled(error) => Self::Cancelled(error),
+        }
     }
 }
 
@@ -40,6 +57,8 @@ pub struct Ways {
     pub source: NormalSource,
     /// ⟨δ, n⟩, with a map of heights (#V, model units); what they leave out.
     pub heights: Option<(Vec<f64>, Loss)>,
+    /// What limits did; none without any.
+    pub limits: Option<Outcome>,
 }
 
 impl Goal {
@@ -65,38 +84,65 @@ impl Goal {
         progress: &dyn Progress,
     ) -> Result<Ways, BakeError> {
         let surface = model.surface();
-        let deltas = match self {
-            Self::Denoiser(denoiser) if map == MapKind::Scalar => denoiser.freed().deltas(surface, progress)?,
-            Self::Denoiser(denoiser) => denoiser.deltas(surface, progress)?,
-            Self::Target { positions, .. } => {
-                assert_eq!(positions.len(), surface.positions().len(), "one target for each vertex");
-                surface.positions().iter().zip(positions).map(|(p, q)| *p - *q).collect()
-            }
-        };
-        let fits = matches!(self, Self::Denoiser(denoiser) if denoiser.motion().is_some());
         let chosen = normals.unwrap_or_default();
-        let given = || model.displacement_normals(chosen, &deltas);
-        let (along, source) = match normals {
-            _ if map != MapKind::Scalar => {
-                let normals = given()?;
-                return Ok(Ways { deltas, normals, source: chosen, heights: None });
+        if map != MapKind::Scalar {
+            let (deltas, limits) = match self {
+                Self::Denoiser(denoising) => {
+                    let moved = denoising.run(surface, model.weld(), progress)?;
+                    (moved.deltas, moved.limits)
+                }
+                Self::Target { positions, .. } => (ways_to(surface, positions), None),
+            };
+            let normals = model.displacement_normals(chosen, &deltas)?;
+            return Ok(Ways { deltas, normals, source: chosen, heights: None, limits });
+        }
+        // Limits hold for the way that the map can hold.
+        let bounds = self.bounds(model)?;
+        let (mut deltas, fits) = match self {
+            Self::Denoiser(Denoising { denoiser, .. }) => {
+                (denoiser.freed().deltas(surface, progress)?, denoiser.motion().is_some())
             }
-            None if fits => Along::best(surface, &deltas, progress)?,
-            _ if fits => (Along::fitted(surface, &deltas, given()?, progress)?, chosen),
-            _ => (Along::projected(surface, &deltas, given()?), chosen),
+            Self::Target { positions, .. } => (ways_to(surface, positions), false),
         };
+        bounds.clamp(&mut deltas);
+        let (along, source) = if fits && normals.is_none() {
+            Along::best(surface, &deltas, progress)?
+        } else {
+            let normals = model.displacement_normals(chosen, &deltas)?;
+            let along = match fits {
+                true => Along::fitted(surface, &deltas, normals, progress)?,
+                false => Along::projected(surface, &deltas, normals),
+            };
+            (along, chosen)
+        };
+        let (along, limits) = along.within(&bounds, surface, &deltas, progress)?;
         let (deltas, Along { normals, heights, loss }) = (along.deltas(), along);
-        Ok(Ways { deltas, normals, source, heights: Some((heights, loss)) })
+        Ok(Ways { deltas, normals, source, heights: Some((heights, loss)), limits })
+    }
+
+    /// Limits of the vertices.
+    fn bounds(&self, model: &Model) -> Result<Bounds, LimitsError> {
+        match self {
+            Self::Denoiser(denoising) => denoising.limits.on(model.surface(), model.weld()),
+            Self::Target { .. } => Limits::default().on(model.surface(), model.weld()),
+        }
     }
 
     /// What the manifest says of it.
     pub(super) fn method(&self, map: MapKind) -> Method {
         match self {
-            Self::Denoiser(denoiser) if map == MapKind::Scalar => {
-                Method::Denoiser(denoiser.clone().with_motion(Motion::AlongNormal))
+            Self::Denoiser(Denoising { denoiser, limits }) if map == MapKind::Scalar => {
+                let denoiser = denoiser.clone().with_motion(Motion::AlongNormal);
+                Method::Denoiser(Denoising { denoiser, limits: limits.clone() })
             }
-            Self::Denoiser(denoiser) => Method::Denoiser(denoiser.clone()),
+            Self::Denoiser(denoising) => Method::Denoiser(denoising.clone()),
             Self::Target { target, .. } => Method::Target(target.clone()),
         }
     }
+}
+
+/// p − p*. #V×3, model units
+fn ways_to(surface: &Surface, positions: &[DVec3]) -> Vec<DVec3> {
+    assert_eq!(positions.len(), surface.positions().len(), "one target for each vertex");
+    surface.positions().iter().zip(positions).map(|(p, q)| *p - *q).collect()
 }

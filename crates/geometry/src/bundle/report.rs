@@ -105,6 +105,7 @@ pub(super) fn measure(evidence: &Evidence, manifest: &Manifest) -> Result<Report
         layout: evidence.findings.clone(),
         left_out_rms: loss.map_or(0.0, |loss| loss.rms),
         heights: loss.map(HeightsLoss::from),
+        limits: evidence.ways.limits,
         vertices_without_normal: without_normal,
         suggestion: None,
     };

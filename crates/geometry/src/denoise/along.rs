@@ -8,6 +8,7 @@
 //! them, those of the denoised surface are not noisy themselves. [`Along::best`] tries both.
 
 use super::faces::{Faces, Shapes};
+use super::limits::{Bounds, Outcome};
 use super::vertex_update::least_squares::{HALVINGS, System};
 use super::vertex_update::take_folds_back;
 use crate::model::NormalSource;
@@ -63,7 +64,27 @@ impl Along {
         Wanted::new(surface, deltas).fitted(normals, progress)
     }
 
-    /// The same along the angle-weighted normals of the surface or of the denoised one, whichever loses less.
+    /// The same within limits, and what these did; δ (#V×3, model units) is what was wanted.
+    pub fn within(
+        mut self,
+        bounds: &Bounds,
+        surface: &Surface,
+        deltas: &[DVec3],
+        progress: &dyn Progress,
+    ) -> Result<(Self, Option<Outcome>), Cancelled> {
+        let directions: Vec<DVec3> = self.normals.iter().map(|n| n.as_dvec3()).collect();
+        let mut held = self.deltas();
+        let limits = bounds.apply(surface, &directions, &mut held, progress)?;
+        if limits.is_some() {
+            // In single precision normals are a little longer or shorter than one.
+            let height = |(held, n): (&DVec3, &DVec3)| held.dot(*n) / n.length_squared().max(f64::MIN_POSITIVE);
+            self.heights = held.iter().zip(&directions).map(height).collect();
+            self.loss = Wanted::new(surface, deltas).loss(&self.deltas());
+        }
+        Ok((self, limits))
+    }
+
+    /// The fit along the angle-weighted normals of the surface or of the denoised one, whichever loses less.
     pub fn best(
         surface: &Surface,
         deltas: &[DVec3],
