@@ -116,7 +116,7 @@ impl Read {
 
 /// Heights of the vertices from first principles, and the normals they belong to. #V
 pub(crate) fn heights(model: &Model, settings: &Settings) -> (Vec<f64>, Vec<Vec3>) {
-    let deltas = settings.goal.deltas(model.surface(), &Silent).unwrap();
+    let deltas = settings.goal.run(model.surface(), &Silent).unwrap().0;
     let along = bundle::displacement_normals(model, settings.normals).unwrap();
     (normals::heights(&deltas, &along), along)
 }

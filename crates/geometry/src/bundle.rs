@@ -11,7 +11,7 @@ pub use layout::{Fallback, LayoutChoice};
 
 use crate::apply;
 use crate::atlas::{Atlas, AtlasError};
-use crate::denoise::Denoiser;
+use crate::denoise::{Denoiser, auto};
 use crate::displacement::{DecodeError, EncodeError, MapKind, TexelFormat};
 use crate::gltf::GltfError;
 use crate::manifest::{
@@ -141,16 +141,20 @@ impl Goal {
         let positions = model.weld().first().iter().map(|&line| denoised.positions()[line as usize]).collect();
         Self::Target { positions, target }
     }
-    /// δ = p − p*. #V×3, model units
+    /// δ = p − p* (#V×3, model units), and what the method chose.
     ///
     /// # Panics
     /// If a target has not one position for each vertex.
-    pub fn deltas(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
+    pub fn run(
+        &self,
+        surface: &Surface,
+        progress: &dyn Progress,
+    ) -> Result<(Vec<DVec3>, Option<auto::Choice>), Cancelled> {
         match self {
-            Self::Denoiser(denoiser) => denoiser.deltas(surface, progress),
+            Self::Denoiser(denoiser) => denoiser.run(surface, progress),
             Self::Target { positions, .. } => {
                 assert_eq!(positions.len(), surface.positions().len(), "one target for each vertex");
-                Ok(surface.positions().iter().zip(positions).map(|(p, q)| *p - *q).collect())
+                Ok((surface.positions().iter().zip(positions).map(|(p, q)| *p - *q).collect(), None))
             }
         }
     }
@@ -389,6 +393,7 @@ fn describe(model: &Model, names: &Names, atlas: Option<&Atlas>, settings: &Sett
             faces: model.obj().faces().len(),
         },
         method: settings.goal.method(),
+        choice: maps.offsets.choice.clone(),
         welding: settings.welding,
         normals: settings.normals,
         displacement: MapEntry {

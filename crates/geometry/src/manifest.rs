@@ -3,7 +3,7 @@
 //! Names are relative to the manifest's folder. Lengths are in model units. Every field below is written; unknown
 //! fields are passed over when reading, so that later versions may add some.
 
-use crate::denoise::Denoiser;
+use crate::denoise::{Denoiser, auto};
 use crate::displacement::{Encoding, MapKind, TexelFormat};
 use crate::model::NormalSource;
 use crate::ragged::Index;
@@ -36,6 +36,9 @@ pub struct Manifest {
     pub source: Source,
     /// How it was denoised.
     pub method: Method,
+    /// What the method `auto` measured and chose; none with other methods.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub choice: Option<auto::Choice>,
     /// Which `v` lines count as one vertex.
     pub welding: Welding,
     /// Where the normals that the map displaces along come from.

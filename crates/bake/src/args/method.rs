@@ -4,12 +4,15 @@
 //! that it replaces, and so goes with the methods that have it.
 
 use super::values::{
-    BoundaryArg, FoldOversArg, MotionArg, NeighboursArg, SchemeArg, SolverArg, WeightsArg, above_zero,
-    in_unit_interval, inflation, not_negative, share_above_zero, welding,
+    BoundaryArg, FoldOversArg, KindArg, MotionArg, NeighboursArg, PriorArg, SchemeArg, SolverArg, WeightsArg,
+    above_zero, candidate, in_unit_interval, inflation, not_negative, share_above_zero, welding,
 };
 use crate::failure::Failure;
 use clap::{Args, ValueEnum};
-use planish_geometry::denoise::{Boundary, Denoiser, EdgeWeights, FoldOvers, Motion, Neighbours, Scheme, Solver};
+use planish_geometry::denoise::auto::Candidate;
+use planish_geometry::denoise::{
+    Boundary, Denoiser, EdgeWeights, FoldOvers, Kind, Motion, Neighbours, Prior, Scheme, Solver,
+};
 use planish_geometry::weld::Welding;
 use serde::Serialize;
 use serde_json::Value;
@@ -18,7 +21,6 @@ use serde_json::Value;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum MethodArg {
     /// Steps towards the mean of the neighbours
-    #[default]
     Laplacian,
     /// The same without shrinking: each step is followed by one away from the mean
     Taubin,
@@ -38,6 +40,11 @@ enum MethodArg {
     L0,
     /// Total generalised variation of the face normals: sharp edges and curved faces (Liu 2021)
     TgvNormals,
+    /// The most probable surface, given the noise, where normals turn evenly but for creases
+    Map,
+    /// Measures the noise, tries several priors and smoothings, and mixes the best; leaves clean meshes alone
+    #[default]
+    Auto,
 }
 
 /// Where settings start from.
@@ -60,7 +67,7 @@ pub(crate) struct MethodArgs {
     /// Settings that are not given: paper for those of the method's authors, where they differ
     #[arg(long, value_enum, default_value_t)]
     preset: PresetArg,
-    /// Number of steps; of pairs of steps with taubin, of steps of the normals with the filters of normals
+    /// Number of steps; of pairs of steps with taubin, of steps of the normals with the filters of normals, of rounds with map
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=100_000), allow_negative_numbers = true)]
     iterations: Option<u32>,
     /// laplacian, taubin: share of the way to the mean of the neighbours that a step goes, 0 to 1 [default: 0.5]
@@ -115,19 +122,36 @@ pub(crate) struct MethodArgs {
     /// tgv-normals: weight of curvature that changes against normals that jump [default: 0.4]
     #[arg(long, value_name = "W", value_parser = above_zero, allow_negative_numbers = true)]
     second_order: Option<f64>,
+    /// map, auto: standard deviation of the noise in mean edge lengths [default: measured on the mesh]
+    #[arg(long, value_name = "S", value_parser = not_negative, allow_negative_numbers = true)]
+    noise: Option<f64>,
+    /// auto: what the noise is like [default: measured on the mesh]
+    #[arg(long, value_enum)]
+    noise_kind: Option<KindArg>,
+    /// auto: what is tried: flat, sharp, creases, mixed, detail, smooth (priors of map), linear-faint, linear-light, linear,
+    /// linear-strong, stay; several with commas between them [default: all that suit the noise]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = candidate)]
+    candidates: Option<Vec<Candidate>>,
+    /// map: what surfaces are taken to be like [default: creases]
+    #[arg(long, value_enum)]
+    prior: Option<PriorArg>,
+    /// map: weight of the prior against the data [default: as --prior has it]
+    #[arg(long, value_name = "W", value_parser = above_zero, allow_negative_numbers = true)]
+    strength: Option<f64>,
     /// Filters of normals: steps of the vertices [default: 10, sun: 50, tgv-normals: 20]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=100_000), allow_negative_numbers = true)]
     vertex_iterations: Option<u32>,
     /// Filters of normals: pull of the vertices to the input, in pulls of a face around [default: 0.05, paper: 0]
     #[arg(long, value_name = "W", value_parser = not_negative, allow_negative_numbers = true)]
     closeness: Option<f64>,
-    /// Filters of normals: where vertices may go [default: free]
+    /// map, auto and filters of normals: where vertices may go [default: free]
     #[arg(long, value_enum)]
     motion: Option<MotionArg>,
     /// Filters of normals: what happens to steps that fold the surface over [default: prevent, paper: allow]
     #[arg(long, value_enum)]
     fold_overs: Option<FoldOversArg>,
-    /// What happens at the rim of an open mesh [default: fixed; free with guided-normals, l0 and tgv-normals]
+    /// What happens at the rim of an open mesh [default: free; fixed with laplacian, taubin, hc, implicit, bilateral, sun and
+    /// bilateral-normals]
     #[arg(long, value_enum)]
     boundary: Option<BoundaryArg>,
     /// Which `v` lines are one vertex: exact (equal coordinates), none, or a distance in model units
@@ -138,7 +162,7 @@ pub(crate) struct MethodArgs {
 }
 
 /// Options that say how to denoise, and so mean nothing where the denoised mesh is given.
-pub(super) const METHOD_OPTIONS: [&str; 25] = [
+pub(super) const METHOD_OPTIONS: [&str; 30] = [
     "method",
     "preset",
     "iterations",
@@ -159,6 +183,11 @@ pub(super) const METHOD_OPTIONS: [&str; 25] = [
     "sparsity",
     "fidelity",
     "second_order",
+    "noise",
+    "noise_kind",
+    "candidates",
+    "prior",
+    "strength",
     "vertex_iterations",
     "closeness",
     "motion",
@@ -192,8 +221,8 @@ impl MethodArgs {
     fn given(&self) -> Vec<(&'static str, &'static [&'static str], Value)> {
         let number = |x: Option<f64>| x.map(Value::from);
         let count = |n: Option<u32>| n.map(Value::from);
-        let all: [(_, &[_], _); 23] = [
-            ("--iterations", &["/iterations"], count(self.iterations)),
+        let all: [(_, &[_], _); 28] = [
+            ("--iterations", &["/iterations", "/prior/rounds"], count(self.iterations)),
             ("--step", &["/step"], number(self.step)),
             ("--inflate", &["/inflate"], number(self.inflate)),
             ("--time", &["/time"], number(self.time)),
@@ -211,9 +240,14 @@ impl MethodArgs {
             ("--sparsity", &["/sparsity"], number(self.sparsity)),
             ("--fidelity", &["/fidelity"], number(self.fidelity)),
             ("--second-order", &["/second_order"], number(self.second_order)),
+            ("--noise", &["/noise"], number(self.noise)),
+            ("--noise-kind", &["/kind"], choice::<_, Kind>(self.noise_kind)),
+            ("--candidates", &["/candidates"], self.candidates.as_ref().map(json)),
+            ("--prior", &["/prior"], choice::<_, Prior>(self.prior)),
+            ("--strength", &["/prior/strength"], number(self.strength)),
             ("--vertex-iterations", &["/vertex_update/iterations"], count(self.vertex_iterations)),
             ("--closeness", &["/vertex_update/closeness"], number(self.closeness)),
-            ("--motion", &["/vertex_update/motion"], choice::<_, Motion>(self.motion)),
+            ("--motion", &["/motion", "/vertex_update/motion"], choice::<_, Motion>(self.motion)),
             ("--fold-overs", &["/vertex_update/fold_overs"], choice::<_, FoldOvers>(self.fold_overs)),
             ("--boundary", &["/boundary", "/vertex_update/boundary"], choice::<_, Boundary>(self.boundary)),
         ];

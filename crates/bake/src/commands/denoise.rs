@@ -4,13 +4,17 @@ use crate::args::DenoiseArgs;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::output::Output;
+use planish_geometry::denoise::{Denoiser, auto};
 use planish_geometry::progress::Progress as _;
 use serde::Serialize;
 
 #[derive(Serialize)]
 struct Denoised {
     output: String,
-    method: planish_geometry::denoise::Denoiser,
+    method: Denoiser,
+    /// What the method `auto` measured and chose.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    choice: Option<auto::Choice>,
     vertices: usize,
     faces: usize,
     mean_edge: f64,
@@ -23,7 +27,7 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
     let output = Output::open(&args.output, &[&args.input])?;
     let model = super::model(&args.input, args.method.weld, console)?;
     let surface = model.surface();
-    let deltas = method.deltas(surface, console)?;
+    let (deltas, choice) = method.run(surface, console)?;
     let places: Vec<_> = surface.positions().iter().zip(&deltas).map(|(p, d)| *p - *d).collect();
     if let Some(v) = places.iter().position(|p| !p.is_finite()) {
         let line = model.weld().first()[v] + 1;
@@ -40,6 +44,7 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
     let report = Denoised {
         output: written.display().to_string(),
         method,
+        choice,
         vertices: model.obj().positions().len(),
         faces: model.obj().faces().len(),
         mean_edge: surface.mean_edge(),
@@ -53,8 +58,9 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
     }
     console.report(&report, || {
         let Denoised { output, mean_edge, mean_displacement, max_displacement, vertices, .. } = &report;
+        let chosen = report.choice.as_ref().map(|choice| format!("  auto: {choice}\n")).unwrap_or_default();
         format!(
-            "wrote {output}\n  {vertices} vertices, moved by {:.3} mean edge lengths on average, {:.3} at most\n",
+            "wrote {output}\n{chosen}  {vertices} vertices, moved by {:.3} mean edge lengths on average, {:.3} at most\n",
             mean_displacement / mean_edge,
             max_displacement / mean_edge
         )

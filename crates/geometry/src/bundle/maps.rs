@@ -3,6 +3,7 @@
 use super::layout::Plan;
 use super::{BakeError, Goal, Settings, apply_offsets};
 use crate::atlas::Atlas;
+use crate::denoise::auto;
 use crate::displacement::{self, Displacement, Encoding, MapKind};
 use crate::model::Model;
 use crate::normals;
@@ -21,6 +22,8 @@ pub(super) struct Offsets {
     pub(super) channels: Vec<Vec<f64>>,
     /// Root mean square of the part of δ that the map leaves out, model units.
     pub(super) left_out_rms: f64,
+    /// What the method chose.
+    pub(super) choice: Option<auto::Choice>,
 }
 
 impl Offsets {
@@ -34,7 +37,8 @@ impl Offsets {
         progress: &dyn Progress,
     ) -> Result<Self, Cancelled> {
         let positions = model.surface().positions();
-        let deltas = &goal.deltas(model.surface(), progress)?;
+        let (deltas, choice) = goal.run(model.surface(), progress)?;
+        let deltas = &deltas;
         Ok(match kind {
             MapKind::Scalar => {
                 let heights = normals::heights(deltas, normals);
@@ -42,11 +46,11 @@ impl Offsets {
                 let left_out = deltas.iter().zip(&held).map(|(d, held)| (*d - *held).length_squared());
                 let left_out_rms = (left_out.sum::<f64>() / deltas.len().max(1) as f64).sqrt();
                 let places = positions.iter().zip(held).map(|(p, held)| *p - held).collect();
-                Self { places, channels: vec![heights], left_out_rms }
+                Self { places, channels: vec![heights], left_out_rms, choice }
             }
             MapKind::VectorObject => {
                 let places = positions.iter().zip(deltas).map(|(p, d)| *p - *d).collect();
-                Self { places, channels: split(deltas), left_out_rms: 0.0 }
+                Self { places, channels: split(deltas), left_out_rms: 0.0, choice }
             }
             MapKind::VectorTangent => {
                 let local = |((delta, n), frame): ((&DVec3, &Vec3), &Tangent)| {
@@ -58,7 +62,7 @@ impl Offsets {
                 let channels = split(&local);
                 let has_frame = |n: &Vec3| if *n == Vec3::ZERO { 0.0 } else { 1.0 };
                 let places = positions.iter().zip(deltas).zip(normals).map(|((p, d), n)| *p - *d * has_frame(n));
-                Self { places: places.collect(), channels, left_out_rms: 0.0 }
+                Self { places: places.collect(), channels, left_out_rms: 0.0, choice }
             }
         })
     }
