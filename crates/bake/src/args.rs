@@ -1,5 +1,6 @@
 //! The command line, as clap reads it; the doc comments are the help.
 
+mod limits;
 mod method;
 mod values;
 
@@ -51,7 +52,7 @@ pub(crate) enum Command {
     ///
     /// Writes NAME.displacement.png (or .exr, .tif), NAME.normal.png, NAME.planish.json, and a carrier, which is the mesh with the
     /// normals that the map displaces along: NAME.obj with NAME.mtl, and NAME.glb, where λ is a morph target.
-    #[command(after_help = "Example:\n  planish bake scan.obj -o out --iterations 10 --size 2048")]
+    #[command(after_help = "Example:\n  planish bake scan.obj -o out --size 2048")]
     Bake(BakeArgs),
     /// Displace a mesh by its map, as the vertex shader would
     #[command(after_help = "Example:\n  planish apply out/scan.planish.json --lambda 0.5 -o half.obj")]
@@ -65,7 +66,7 @@ pub(crate) enum Command {
     /// Write the denoised mesh itself
     ///
     /// Only the numbers of the `v` lines change; order, UVs, groups, materials, comments and spacing stay byte for byte.
-    #[command(after_help = "Example:\n  planish denoise scan.obj -o smooth.obj --iterations 10 --update-normals")]
+    #[command(after_help = "Example:\n  planish denoise scan.obj -o smooth.obj --update-normals")]
     Denoise(DenoiseArgs),
     /// Measure results against the clean mesh
     ///
@@ -103,10 +104,12 @@ pub(crate) struct BakeArgs {
     /// Strength λ for the normal map and the client settings: 0 leaves the noise, 1 is denoised
     #[arg(long, value_name = "L", default_value_t = 1.0, allow_negative_numbers = true, value_parser = finite, help_heading = "Map")]
     pub(crate) lambda: f64,
-    /// Normals to displace along
+    /// Normals to displace along; the carrier has them as its `vn` lines
     #[arg(long, value_enum, default_value_t, help_heading = "Map")]
     pub(crate) normals: NormalsArg,
     /// Heights along the normals, or the whole way of each vertex
+    ///
+    /// Methods that have --motion are held to what heights can express; the report says what that costs.
     #[arg(long, value_enum, default_value_t, help_heading = "Map")]
     pub(crate) map: MapArg,
     /// Axes of --map vector [default: object]

@@ -2,7 +2,10 @@
 
 use clap::ValueEnum;
 use planish_geometry::bundle::LayoutChoice;
-use planish_geometry::denoise::{Boundary, EdgeWeights, FoldOvers, Motion, Neighbours, Scheme, Solver};
+use planish_geometry::denoise::auto::Candidate;
+use planish_geometry::denoise::{
+    Boundary, EdgeWeights, FoldOvers, Kind, Motion, Neighbours, Prior, Scheme, Solver, VertexScheme,
+};
 use planish_geometry::displacement::FileFormat;
 use planish_geometry::manifest::LARGEST_SIDE;
 use planish_geometry::model::NormalSource;
@@ -65,11 +68,19 @@ choice!(NeighboursArg => Neighbours {
     Edge => Neighbours::Edge,
 });
 
+choice!(VertexUpdateArg => VertexScheme {
+    /// Steps downhill, as in the papers
+    #[default]
+    Descent => VertexScheme::Descent,
+    /// The best fit itself, by conjugate gradients
+    LeastSquares => VertexScheme::LeastSquares,
+});
+
 choice!(MotionArg => Motion {
     /// Anywhere
     #[default]
     Free => Motion::Free,
-    /// Along the vertex normal: all of it fits into a map of heights
+    /// Along one normal for each vertex: all of it fits into a map of heights
     AlongNormal => Motion::AlongNormal,
 });
 
@@ -81,16 +92,54 @@ choice!(FoldOversArg => FoldOvers {
     Allow => FoldOvers::Allow,
 });
 
-choice!(NormalsArg => NormalSource {
-    /// Those of the file, averaged at each vertex
-    File => NormalSource::File,
-    /// Mean of the faces' normals
-    Uniform => NormalSource::Uniform,
-    /// Weighted by area
-    Area => NormalSource::Area,
-    /// Weighted by angle, as Blender's
+choice!(PriorArg => Prior {
+    /// Flat parts with sharp creases
+    Flat => Prior::FLAT,
+    /// Curved parts with sharp creases
+    Sharp => Prior::SHARP,
+    /// Parts with creases that need not be sharp
     #[default]
-    Angle => NormalSource::Angle,
+    Creases => Prior::CREASES,
+    /// Shapes with some creases
+    Mixed => Prior::MIXED,
+    /// Smooth shapes with detail
+    Detail => Prior::DETAIL,
+    /// Smooth shapes
+    Smooth => Prior::SMOOTH,
+});
+
+choice!(KindArg => Kind {
+    /// None: the mesh stays as it is
+    None => Kind::None,
+    /// Each vertex is off by its own amount
+    #[default]
+    Independent => Kind::Independent,
+    /// The same, much more at some vertices than at others
+    Uneven => Kind::Uneven,
+    /// Neighbours are off to the same side, as depth cameras err
+    Correlated => Kind::Correlated,
+});
+
+/// A name of a candidate of `auto`.
+pub(super) fn candidate(text: &str) -> Result<Candidate, String> {
+    let names = || Candidate::ALL.map(Candidate::name).join(", ");
+    Candidate::ALL.into_iter().find(|c| c.name() == text).ok_or_else(|| format!("a candidate is one of {}", names()))
+}
+
+choice!(NormalsArg => Option<NormalSource> {
+    /// With methods that have --motion angle or denoised, whichever loses less; else angle
+    #[default]
+    Auto => None,
+    /// Those of the file, averaged at each vertex
+    File => Some(NormalSource::File),
+    /// Mean of the faces' normals
+    Uniform => Some(NormalSource::Uniform),
+    /// Weighted by area
+    Area => Some(NormalSource::Area),
+    /// Weighted by angle, as Blender's
+    Angle => Some(NormalSource::Angle),
+    /// The same on the denoised surface
+    Denoised => Some(NormalSource::Denoised),
 });
 
 choice!(InterpolationArg => Interpolation {
