@@ -3,13 +3,13 @@
 //! James F. Blinn. Models of light reflection for computer synthesized pictures. SIGGRAPH 1977.
 
 use crate::camera::View;
-use crate::colormap::Colormap;
 use crate::colour::linear_from_srgb;
 use crate::lights::Light;
 use crate::scene::Scene;
 use crate::settings::{Range, Settings, Shading};
 use crate::texture::Texture;
 use glam::{Vec2, Vec3, Vec4};
+use planish_geometry::colormap::Colormap;
 
 /// What the rasteriser knows about the surface at one sample.
 #[derive(Clone, Copy, Debug)]
@@ -103,7 +103,9 @@ impl<'a> Shader<'a> {
     /// What has no number keeps the material's colour.
     fn heat(&self, fragment: &Fragment) -> Vec3 {
         match (self.heat, fragment.scalar) {
-            (Some((map, Range { low, high })), Some(x)) if x.is_finite() => map.at((x - low) / (high - low)),
+            (Some((map, Range { low, high })), Some(x)) if x.is_finite() => {
+                map.encoded((x - low) / (high - low)).map(linear_from_srgb)
+            }
             _ => self.settings.material.colour.linear(),
         }
     }
