@@ -4,9 +4,11 @@ use super::distance::Distances;
 use super::triangles::{Edges, Shapes};
 use super::{CompareError, Triangles};
 use crate::colormap::Colormap;
+use serde::Serialize;
 
 /// An error that each vertex has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Heat {
     /// Angle to the clean face normals, degrees: mean over the faces around the vertex, weighted by their clean area.
     Angle,
