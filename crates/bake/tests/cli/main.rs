@@ -12,6 +12,7 @@ mod folder;
 mod help;
 mod mesh;
 mod methods;
+mod quality;
 mod reference;
 mod report;
 mod streams;

@@ -190,7 +190,7 @@ impl Report {
             let _ = writeln!(out, "not measured: {}", broken.line());
         }
         out.push_str("Ea: mean angle between face normals; d: distance to the clean surface in mean edge lengths; ");
-        out.push_str("/ its own: over the program of the method's authors\n");
+        out.push_str("/ its own: over another program with the same settings\n");
         out
     }
 }
