@@ -42,6 +42,8 @@
 pub mod apply;
 pub mod atlas;
 pub mod bundle;
+pub mod colormap;
+pub mod coloured;
 pub mod denoise;
 pub mod displacement;
 pub mod gltf;

@@ -23,7 +23,7 @@ use std::path::PathBuf;
 
 /// Methods by name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum MethodArg {
+pub(crate) enum MethodArg {
     /// Steps towards the mean of the neighbours
     Laplacian,
     /// The same without shrinking: each step is followed by one away from the mean
@@ -53,12 +53,24 @@ enum MethodArg {
 
 /// Where settings start from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum PresetArg {
+pub(crate) enum PresetArg {
     /// What works on most meshes
     #[default]
     Default,
     /// What the authors of the method used
     Paper,
+}
+
+impl MethodArg {
+    fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+    /// The method with its default settings.
+    pub(crate) fn denoiser(self) -> Result<Denoiser, Failure> {
+        let name = self.name();
+        let found = Denoiser::every().into_iter().find(|method| method.name() == name);
+        found.ok_or_else(|| Failure::Internal(format!("the library has no method {name}")))
+    }
 }
 
 /// How to denoise.
@@ -220,10 +232,9 @@ impl MethodArgs {
     }
 
     fn denoiser(&self) -> Result<Denoiser, Failure> {
-        let every = Denoiser::every();
-        let name = self.method.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned());
-        let internal = || Failure::Internal(format!("the method {name} has settings that it does not know"));
-        let default = every.iter().find(|method| method.name() == name).ok_or_else(internal)?;
+        let default = self.method.denoiser()?;
+        let internal =
+            || Failure::Internal(format!("the method {} has settings that it does not know", default.name()));
         let start = match self.preset {
             PresetArg::Default => default.clone(),
             PresetArg::Paper => {

@@ -8,6 +8,7 @@ use planish_geometry::denoise::{
 };
 use planish_geometry::displacement::FileFormat;
 use planish_geometry::manifest::LARGEST_SIDE;
+use planish_geometry::metrics::Heat;
 use planish_geometry::model::NormalSource;
 use planish_geometry::texture::normal_map::Convention;
 use planish_geometry::texture::{Interpolation, Texels};
@@ -42,6 +43,14 @@ choice!(BoundaryArg => Boundary {
     Fixed => Boundary::Fixed,
     /// The rim moves like the rest, and shrinks
     Free => Boundary::Free,
+});
+
+choice!(HeatArg => Heat {
+    /// Angle to the clean normals, in degrees, mean over the faces around a vertex
+    #[default]
+    Angle => Heat::Angle,
+    /// Distance to the clean surface, in mean edge lengths
+    Distance => Heat::Distance,
 });
 
 choice!(SolverArg => Solver {
@@ -246,6 +255,12 @@ pub(super) fn bits(text: &str) -> Result<u32, String> {
 
 pub(super) fn tolerance(text: &str) -> Result<f64, String> {
     number(text, |x| (0.625..=1e6).contains(&x), "not a number from 0.625 on; encoding alone costs half a quantum")
+}
+
+/// NAME=VALUE, where VALUE is JSON or a bare word.
+pub(super) fn setting(text: &str) -> Result<(String, serde_json::Value), String> {
+    let (name, value) = text.split_once('=').ok_or("a setting is NAME=VALUE")?;
+    Ok((name.to_owned(), serde_json::from_str(value).unwrap_or_else(|_| value.into())))
 }
 
 pub(super) fn welding(text: &str) -> Result<Welding, String> {

@@ -36,7 +36,8 @@ pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
     let obj = input::obj(&mesh)?;
     console.check()?;
     console.stage("displacing");
-    let vertices = apply::baked_vertices(&obj, &manifest, &|| input::obj(&beside(&manifest.carrier.obj)).ok()).map_err(|e| explain(e, &manifest, &mesh, &args.manifest))?;
+    let vertices = apply::baked_vertices(&obj, &manifest, &|| input::obj(&beside(&manifest.carrier.obj)).ok())
+        .map_err(|e| explain(e, &manifest, &mesh, &args.manifest))?;
     let lambda = args.lambda.unwrap_or(entry.lambda);
     let places = apply::displaced(&vertices, &map, lambda as f32, entry.origin);
     let moved = obj.positions().iter().zip(&places).map(|(p, q)| p.distance(*q));

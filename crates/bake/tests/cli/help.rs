@@ -2,7 +2,7 @@
 
 use crate::folder::Folder;
 
-const COMMANDS: [(&str, &[&str]); 7] = [
+const COMMANDS: [(&str, &[&str]); 8] = [
     (
         "bake",
         &[
@@ -48,7 +48,8 @@ const COMMANDS: [(&str, &[&str]); 7] = [
             "--update-normals",
         ],
     ),
-    ("compare", &["<CLEAN.obj>", "<RESULT.obj>..."]),
+    ("compare", &["<CLEAN.obj>", "<RESULT.obj>...", "--csv", "--heatmap", "--heat", "--heat-max"]),
+    ("bench-quality", &["<DIR>", "--methods", "--pairs", "--preset", "--set", "--csv"]),
     ("noise", &["--output", "--sigma", "--direction", "--impulsive", "--seed", "--weld"]),
     ("info", &["<IN.obj>", "--weld"]),
     ("completions", &["<SHELL>"]),
