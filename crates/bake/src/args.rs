@@ -52,7 +52,7 @@ pub(crate) enum Command {
     ///
     /// Writes NAME.displacement.png (or .exr, .tif), NAME.normal.png, NAME.planish.json, and a carrier, which is the mesh with the
     /// normals that the map displaces along: NAME.obj with NAME.mtl, and NAME.glb, where λ is a morph target.
-    #[command(after_help = "Example:\n  planish bake scan.obj -o out --iterations 10 --size 2048")]
+    #[command(after_help = "Example:\n  planish bake scan.obj -o out --size 2048")]
     Bake(BakeArgs),
     /// Displace a mesh by its map, as the vertex shader would
     #[command(after_help = "Example:\n  planish apply out/scan.planish.json --lambda 0.5 -o half.obj")]
@@ -66,7 +66,7 @@ pub(crate) enum Command {
     /// Write the denoised mesh itself
     ///
     /// Only the numbers of the `v` lines change; order, UVs, groups, materials, comments and spacing stay byte for byte.
-    #[command(after_help = "Example:\n  planish denoise scan.obj -o smooth.obj --iterations 10 --update-normals")]
+    #[command(after_help = "Example:\n  planish denoise scan.obj -o smooth.obj --update-normals")]
     Denoise(DenoiseArgs),
     /// Measure results against the clean mesh
     ///

@@ -413,6 +413,7 @@ fn describe(
             faces: model.obj().faces().len(),
         },
         method: settings.goal.method(settings.map),
+        choice: ways.choice.clone(),
         welding: settings.welding,
         normals: ways.source,
         displacement: MapEntry {

@@ -1,6 +1,7 @@
 //! Every method answers one question: how far is each vertex off?
 
 mod along;
+pub mod auto;
 mod bilateral;
 mod bilateral_normals;
 mod conjugate_gradients;
@@ -12,12 +13,16 @@ mod implicit;
 mod l0;
 mod laplacian;
 pub mod limits;
+mod map;
+mod noise_level;
 mod sun;
 mod taubin;
 mod tgv_normals;
+mod umbrella;
 mod vertex_update;
 
 pub use along::{Along, Loss};
+pub use auto::Auto;
 pub use bilateral::Bilateral;
 pub use bilateral_normals::{BilateralNormals, Neighbours, Scheme};
 pub use denoising::{Denoising, DenoisingError, Moved};
@@ -26,6 +31,8 @@ pub use hc::Hc;
 pub use implicit::{Implicit, Solver};
 pub use l0::L0;
 pub use laplacian::{Boundary, EdgeWeights, Laplacian};
+pub use map::{Map, Prior};
+pub use noise_level::{Kind, NoiseLevel};
 pub use sun::Sun;
 pub use taubin::Taubin;
 pub use tgv_normals::TgvNormals;
@@ -61,17 +68,21 @@ pub enum Denoiser {
     L0(L0),
     /// Total generalised variation of the normals.
     TgvNormals(TgvNormals),
+    /// The most probable surface, where normals turn evenly but for creases.
+    Map(Map),
+    /// Whatever the mesh seems to need.
+    Auto(Auto),
 }
 
 impl Default for Denoiser {
     fn default() -> Self {
-        Self::Laplacian(Laplacian::default())
+        Self::Auto(Auto::default())
     }
 }
 
 impl Denoiser {
     /// Every method with its default settings.
-    pub fn every() -> [Self; 10] {
+    pub fn every() -> [Self; 12] {
         [
             Self::Laplacian(<_>::default()),
             Self::Taubin(<_>::default()),
@@ -83,6 +94,8 @@ impl Denoiser {
             Self::GuidedNormals(<_>::default()),
             Self::L0(<_>::default()),
             Self::TgvNormals(<_>::default()),
+            Self::Map(<_>::default()),
+            Self::Auto(<_>::default()),
         ]
     }
     /// Its name, as in JSON and on the command line.
@@ -98,6 +111,8 @@ impl Denoiser {
             Self::GuidedNormals(_) => "guided-normals",
             Self::L0(_) => "l0",
             Self::TgvNormals(_) => "tgv-normals",
+            Self::Map(_) => "map",
+            Self::Auto(_) => "auto",
         }
     }
     /// The same method with the settings that its authors used; none where they named none that fit every mesh.
@@ -109,7 +124,31 @@ impl Denoiser {
             Self::GuidedNormals(_) => Some(Self::GuidedNormals(GuidedNormals::paper())),
             Self::Hc(_) => Some(Self::Hc(Hc::default())),
             Self::L0(_) => Some(Self::L0(L0::default())),
-            Self::Laplacian(_) | Self::Taubin(_) | Self::Implicit(_) | Self::TgvNormals(_) => None,
+            Self::Laplacian(_)
+            | Self::Taubin(_)
+            | Self::Implicit(_)
+            | Self::TgvNormals(_)
+            | Self::Map(_)
+            | Self::Auto(_) => None,
+        }
+    }
+    /// What [`Denoiser::deltas`] gives, and what was chosen on the way; none by methods that choose nothing.
+    pub fn run(
+        &self,
+        surface: &Surface,
+        progress: &dyn Progress,
+    ) -> Result<(Vec<DVec3>, Option<auto::Choice>), Cancelled> {
+        if self.motion() == Some(Motion::AlongNormal) {
+            let (free, choice) = self.freed().run(surface, progress)?;
+            return Ok((Along::best(surface, &free, progress)?.0.deltas(), choice));
+        }
+        match self {
+            Self::Auto(settings) => {
+                progress.stage("denoising");
+                let (deltas, choice) = auto::choose(surface, settings, progress)?;
+                Ok((deltas, Some(choice)))
+            }
+            _ => Ok((self.deltas(surface, progress)?, None)),
         }
     }
     /// Where its vertices may go; none where it says nothing of it.
@@ -133,6 +172,8 @@ impl Denoiser {
             Self::BilateralNormals(settings) => Some(&mut settings.vertex_update.motion),
             Self::GuidedNormals(settings) => Some(&mut settings.vertex_update.motion),
             Self::TgvNormals(settings) => Some(&mut settings.vertex_update.motion),
+            Self::Map(settings) => Some(&mut settings.motion),
+            Self::Auto(settings) => Some(&mut settings.motion),
             Self::Laplacian(_)
             | Self::Taubin(_)
             | Self::Hc(_)
@@ -144,8 +185,7 @@ impl Denoiser {
     /// δᵢ = pᵢ − p*ᵢ, from the denoised place to the vertex. #V×3, model units; zero where a vertex stays.
     pub fn deltas(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
         if self.motion() == Some(Motion::AlongNormal) {
-            let free = self.freed().deltas(surface, progress)?;
-            return Ok(Along::best(surface, &free, progress)?.0.deltas());
+            return Ok(self.run(surface, progress)?.0);
         }
         progress.stage("denoising");
         match self {
@@ -159,6 +199,8 @@ impl Denoiser {
             Self::GuidedNormals(settings) => guided_normals::deltas(surface, settings, progress),
             Self::L0(settings) => l0::deltas(surface, settings, progress),
             Self::TgvNormals(settings) => tgv_normals::deltas(surface, settings, progress),
+            Self::Map(settings) => map::deltas(surface, settings, progress),
+            Self::Auto(settings) => Ok(auto::choose(surface, settings, progress)?.0),
         }
     }
     /// p*ᵢ = pᵢ − δᵢ. #V×3, model units.
@@ -174,6 +216,7 @@ mod tests {
     use super::limits::{Limits, Outcome, Volume};
     use super::*;
     use crate::model::NormalSource;
+    use crate::noise::{self, Noise};
     use crate::normals::{self, FaceWeight};
     use crate::progress::Silent;
     use crate::ragged::Index;
@@ -198,7 +241,32 @@ mod tests {
             all.push(Denoiser::Bilateral(Bilateral { iterations: 2, boundary }));
             all.push(Denoiser::L0(L0 { beta_max: 1.0, boundary, ..L0::default() }));
         }
+        all.extend(estimates());
         all
+    }
+
+    fn estimates() -> Vec<Denoiser> {
+        let prior = Prior { rounds: 3, ..Prior::default() };
+        let mut all = Vec::new();
+        for (motion, boundary) in [(Motion::Free, Boundary::Free), (Motion::AlongNormal, Boundary::Fixed)] {
+            let map = Map { prior, steps: 10, motion, boundary, ..Map::default() };
+            all.push(Denoiser::Map(map));
+            all.push(Denoiser::Map(Map { noise: Some(0.2), ..map }));
+            all.push(Denoiser::Auto(Auto { motion, boundary, ..Auto::default() }));
+        }
+        all
+    }
+
+    /// How far results may be apart for inputs that are alike but for rounding, model units.
+    fn rounding(denoiser: &Denoiser) -> f64 {
+        match denoiser {
+            // Weights of the edges have a slope of up to 1/κ² = 2500, and rounds multiply what they are given.
+            Denoiser::Map(_) | Denoiser::Auto(_) => 1e-8,
+            // Single precision rounds other digits of normals that are turned.
+            _ if denoiser.motion() == Some(Motion::AlongNormal) => 1e-7,
+            // Sums of a dozen terms of size 10, five steps: a few hundred ulps.
+            _ => 1e-12,
+        }
     }
 
     fn normal_filters() -> Vec<Denoiser> {
@@ -248,13 +316,17 @@ mod tests {
         surface.triangles().map(|t| t.map(at)).map(|[a, b, c]| a.dot(b.cross(c))).sum()
     }
 
-    /// Closed, open with a boundary, and of quads.
-    fn families() -> [Surface; 3] {
+    /// Closed, open with a boundary, of quads, and noisy.
+    fn families() -> [Surface; 4] {
         let bumpy = |grid: Surface| {
             let lifted = grid.positions().iter().map(|p| *p + DVec3::Z * 0.1 * (p.x * 9.0).sin() * (p.y * 7.0).cos());
             grid.at(lifted.collect())
         };
-        [shapes::dented_sphere(2), bumpy(shapes::grid(8)), shapes::cube()]
+        let sphere = shapes::sphere(2);
+        let noise = Noise { sigma: 0.2, direction: noise::Direction::Normal, share: 1.0, seed: 1 };
+        let lifted = noise::displacements(&sphere, &noise);
+        let noisy = sphere.at(sphere.positions().iter().zip(lifted).map(|(p, d)| *p + d).collect());
+        [shapes::dented_sphere(2), bumpy(shapes::grid(8)), shapes::cube(), noisy]
     }
 
     fn largest_gap(a: &[DVec3], b: &[DVec3]) -> f64 {
@@ -270,13 +342,12 @@ mod tests {
             for denoiser in every() {
                 let expected: Vec<_> = deltas(&denoiser, &surface).iter().map(|d| turn * *d * scale).collect();
                 let gap = largest_gap(&deltas(&denoiser, &moved), &expected);
-                // Sums of a dozen terms of size 10, five steps: a few hundred ulps.
-                assert!(gap < 1e-12, "{denoiser:?}: {gap:e}");
+                assert!(gap < rounding(&denoiser), "{denoiser:?}: {gap:e}");
                 let [here, there] = [&surface, &moved].map(|surface| limited(&denoiser, &limits(), surface).0);
                 let expected: Vec<_> = here.iter().map(|d| turn * *d * scale).collect();
                 let gap = largest_gap(&there, &expected);
                 // The volume is restored to 1e-13 of the sum over the triangles.
-                assert!(gap < 1e-11, "{denoiser:?}: {gap:e}");
+                assert!(gap < rounding(&denoiser).max(1e-11), "{denoiser:?}: {gap:e}");
             }
         }
     }
@@ -358,13 +429,17 @@ mod tests {
 
     #[test]
     fn the_same_surface_gives_the_same_bits_on_any_number_of_threads() {
-        let surface = shapes::dented_sphere(4);
+        let [.., noisy] = families();
+        let large = shapes::dented_sphere(4);
         for denoiser in every() {
+            // A clean mesh is nothing to choose for.
+            let surface = if matches!(denoiser, Denoiser::Auto(_)) { &noisy } else { &large };
             let on = |threads| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-                pool.install(|| (deltas(&denoiser, &surface), limited(&denoiser, &limits(), &surface)))
+                pool.install(|| (deltas(&denoiser, surface), limited(&denoiser, &limits(), surface)))
             };
-            assert!(on(1) == on(2) && on(1) == on(7), "{denoiser:?}");
+            let alone = on(1);
+            assert!(alone == on(2) && alone == on(7), "{denoiser:?}");
         }
     }
 

@@ -4,7 +4,7 @@
 //! fields are passed over when reading, so that later versions may add some.
 
 use crate::denoise::limits::Outcome;
-use crate::denoise::{Denoising, Loss};
+use crate::denoise::{Denoising, Loss, auto};
 use crate::displacement::{Encoding, MapKind, TexelFormat};
 use crate::model::NormalSource;
 use crate::ragged::Index;
@@ -38,6 +38,9 @@ pub struct Manifest {
     pub source: Source,
     /// How it was denoised.
     pub method: Method,
+    /// What the method `auto` measured and chose; none with other methods.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub choice: Option<auto::Choice>,
     /// Which `v` lines count as one vertex.
     pub welding: Welding,
     /// Where the normals that the map displaces along come from.

@@ -5,13 +5,15 @@
 
 use super::limits::LimitArgs;
 use super::values::{
-    BoundaryArg, FoldOversArg, MotionArg, NeighboursArg, SchemeArg, SolverArg, VertexUpdateArg, WeightsArg, above_zero,
-    in_unit_interval, inflation, not_negative, share_above_zero, welding,
+    BoundaryArg, FoldOversArg, KindArg, MotionArg, NeighboursArg, PriorArg, SchemeArg, SolverArg, VertexUpdateArg,
+    WeightsArg, above_zero, candidate, in_unit_interval, inflation, not_negative, share_above_zero, welding,
 };
 use crate::failure::Failure;
 use clap::{Args, ValueEnum};
+use planish_geometry::denoise::auto::Candidate;
 use planish_geometry::denoise::{
-    Boundary, Denoiser, Denoising, EdgeWeights, FoldOvers, Motion, Neighbours, Scheme, Solver, VertexScheme,
+    Boundary, Denoiser, Denoising, EdgeWeights, FoldOvers, Kind, Motion, Neighbours, Prior, Scheme, Solver,
+    VertexScheme,
 };
 use planish_geometry::obj::Obj;
 use planish_geometry::weld::Welding;
@@ -23,7 +25,6 @@ use std::path::PathBuf;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum MethodArg {
     /// Steps towards the mean of the neighbours
-    #[default]
     Laplacian,
     /// The same without shrinking: each step is followed by one away from the mean
     Taubin,
@@ -43,6 +44,11 @@ enum MethodArg {
     L0,
     /// Total generalised variation of the face normals: sharp edges and curved faces (Liu 2021)
     TgvNormals,
+    /// The most probable surface, given the noise, where normals turn evenly but for creases
+    Map,
+    /// Measures the noise, tries several priors and smoothings, and mixes the best; leaves clean meshes alone
+    #[default]
+    Auto,
 }
 
 /// Where settings start from.
@@ -65,7 +71,7 @@ pub(crate) struct MethodArgs {
     /// Settings that are not given: paper for those of the method's authors, where they differ
     #[arg(long, value_enum, default_value_t)]
     preset: PresetArg,
-    /// Number of steps; of pairs of steps with taubin, of steps of the normals with the filters of normals
+    /// Number of steps; of pairs of steps with taubin, of steps of the normals with the filters of normals, of rounds with map
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=100_000), allow_negative_numbers = true)]
     iterations: Option<u32>,
     /// laplacian, taubin: share of the way to the mean of the neighbours that a step goes, 0 to 1 [default: 0.5]
@@ -120,6 +126,22 @@ pub(crate) struct MethodArgs {
     /// tgv-normals: weight of curvature that changes against normals that jump [default: 0.4]
     #[arg(long, value_name = "W", value_parser = above_zero, allow_negative_numbers = true)]
     second_order: Option<f64>,
+    /// map, auto: standard deviation of the noise in mean edge lengths [default: measured on the mesh]
+    #[arg(long, value_name = "S", value_parser = not_negative, allow_negative_numbers = true)]
+    noise: Option<f64>,
+    /// auto: what the noise is like [default: measured on the mesh]
+    #[arg(long, value_enum)]
+    noise_kind: Option<KindArg>,
+    /// auto: what is tried: flat, sharp, creases, mixed, detail, smooth (priors of map), linear-faint, linear-light, linear,
+    /// linear-strong, stay; several with commas between them [default: all that suit the noise]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = candidate)]
+    candidates: Option<Vec<Candidate>>,
+    /// map: what surfaces are taken to be like [default: creases]
+    #[arg(long, value_enum)]
+    prior: Option<PriorArg>,
+    /// map: weight of the prior against the data [default: as --prior has it]
+    #[arg(long, value_name = "W", value_parser = above_zero, allow_negative_numbers = true)]
+    strength: Option<f64>,
     /// Filters of normals: how vertices follow [default: descent]
     #[arg(long, value_enum)]
     vertex_update: Option<VertexUpdateArg>,
@@ -129,13 +151,14 @@ pub(crate) struct MethodArgs {
     /// Filters of normals: pull of the vertices to the input, in pulls of a face around [default: 0.05, paper: 0]
     #[arg(long, value_name = "W", value_parser = not_negative, allow_negative_numbers = true)]
     closeness: Option<f64>,
-    /// Filters of normals: where vertices may go [default: free; bake --map scalar: along-normal]
+    /// map, auto and filters of normals: where vertices may go [default: free; bake --map scalar: along-normal]
     #[arg(long, value_enum)]
     motion: Option<MotionArg>,
     /// Filters of normals: what happens to steps that fold the surface over [default: prevent, paper: allow]
     #[arg(long, value_enum)]
     fold_overs: Option<FoldOversArg>,
-    /// What happens at the rim of an open mesh [default: fixed; free with guided-normals, l0 and tgv-normals]
+    /// What happens at the rim of an open mesh [default: free; fixed with laplacian, taubin, hc, implicit, bilateral, sun and
+    /// bilateral-normals]
     #[arg(long, value_enum)]
     boundary: Option<BoundaryArg>,
     #[command(flatten)]
@@ -148,7 +171,7 @@ pub(crate) struct MethodArgs {
 }
 
 /// Options that say how to denoise, and so mean nothing where the denoised mesh is given.
-pub(super) const METHOD_OPTIONS: [&str; 29] = [
+pub(super) const METHOD_OPTIONS: [&str; 34] = [
     "method",
     "preset",
     "iterations",
@@ -169,6 +192,11 @@ pub(super) const METHOD_OPTIONS: [&str; 29] = [
     "sparsity",
     "fidelity",
     "second_order",
+    "noise",
+    "noise_kind",
+    "candidates",
+    "prior",
+    "strength",
     "vertex_update",
     "vertex_iterations",
     "closeness",
@@ -216,8 +244,8 @@ impl MethodArgs {
     fn given(&self) -> Vec<(&'static str, &'static [&'static str], Value)> {
         let number = |x: Option<f64>| x.map(Value::from);
         let count = |n: Option<u32>| n.map(Value::from);
-        let all: [(_, &[_], _); 24] = [
-            ("--iterations", &["/iterations"], count(self.iterations)),
+        let all: [(_, &[_], _); 29] = [
+            ("--iterations", &["/iterations", "/prior/rounds"], count(self.iterations)),
             ("--step", &["/step"], number(self.step)),
             ("--inflate", &["/inflate"], number(self.inflate)),
             ("--time", &["/time"], number(self.time)),
@@ -235,10 +263,15 @@ impl MethodArgs {
             ("--sparsity", &["/sparsity"], number(self.sparsity)),
             ("--fidelity", &["/fidelity"], number(self.fidelity)),
             ("--second-order", &["/second_order"], number(self.second_order)),
+            ("--noise", &["/noise"], number(self.noise)),
+            ("--noise-kind", &["/kind"], choice::<_, Kind>(self.noise_kind)),
+            ("--candidates", &["/candidates"], self.candidates.as_ref().map(json)),
+            ("--prior", &["/prior"], choice::<_, Prior>(self.prior)),
+            ("--strength", &["/prior/strength"], number(self.strength)),
             ("--vertex-update", &["/vertex_update/scheme"], choice::<_, VertexScheme>(self.vertex_update)),
             ("--vertex-iterations", &["/vertex_update/iterations"], count(self.vertex_iterations)),
             ("--closeness", &["/vertex_update/closeness"], number(self.closeness)),
-            ("--motion", &["/vertex_update/motion"], choice::<_, Motion>(self.motion)),
+            ("--motion", &["/motion", "/vertex_update/motion"], choice::<_, Motion>(self.motion)),
             ("--fold-overs", &["/vertex_update/fold_overs"], choice::<_, FoldOvers>(self.fold_overs)),
             ("--boundary", &["/boundary", "/vertex_update/boundary"], choice::<_, Boundary>(self.boundary)),
         ];

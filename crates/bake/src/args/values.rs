@@ -2,7 +2,10 @@
 
 use clap::ValueEnum;
 use planish_geometry::bundle::LayoutChoice;
-use planish_geometry::denoise::{Boundary, EdgeWeights, FoldOvers, Motion, Neighbours, Scheme, Solver, VertexScheme};
+use planish_geometry::denoise::auto::Candidate;
+use planish_geometry::denoise::{
+    Boundary, EdgeWeights, FoldOvers, Kind, Motion, Neighbours, Prior, Scheme, Solver, VertexScheme,
+};
 use planish_geometry::displacement::FileFormat;
 use planish_geometry::manifest::LARGEST_SIDE;
 use planish_geometry::model::NormalSource;
@@ -88,6 +91,40 @@ choice!(FoldOversArg => FoldOvers {
     /// They are taken
     Allow => FoldOvers::Allow,
 });
+
+choice!(PriorArg => Prior {
+    /// Flat parts with sharp creases
+    Flat => Prior::FLAT,
+    /// Curved parts with sharp creases
+    Sharp => Prior::SHARP,
+    /// Parts with creases that need not be sharp
+    #[default]
+    Creases => Prior::CREASES,
+    /// Shapes with some creases
+    Mixed => Prior::MIXED,
+    /// Smooth shapes with detail
+    Detail => Prior::DETAIL,
+    /// Smooth shapes
+    Smooth => Prior::SMOOTH,
+});
+
+choice!(KindArg => Kind {
+    /// None: the mesh stays as it is
+    None => Kind::None,
+    /// Each vertex is off by its own amount
+    #[default]
+    Independent => Kind::Independent,
+    /// The same, much more at some vertices than at others
+    Uneven => Kind::Uneven,
+    /// Neighbours are off to the same side, as depth cameras err
+    Correlated => Kind::Correlated,
+});
+
+/// A name of a candidate of `auto`.
+pub(super) fn candidate(text: &str) -> Result<Candidate, String> {
+    let names = || Candidate::ALL.map(Candidate::name).join(", ");
+    Candidate::ALL.into_iter().find(|c| c.name() == text).ok_or_else(|| format!("a candidate is one of {}", names()))
+}
 
 choice!(NormalsArg => Option<NormalSource> {
     /// With methods that have --motion angle or denoised, whichever loses less; else angle

@@ -240,6 +240,9 @@ fn text(baked: &Baked) -> String {
             count(m.source.faces, "face", "faces")
         ),
     );
+    if let Some(choice) = &m.choice {
+        line("auto", choice.to_string());
+    }
     line(
         "map",
         format!(

@@ -5,7 +5,7 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::output::Output;
 use planish_geometry::denoise::limits::Outcome;
-use planish_geometry::denoise::{Denoising, DenoisingError, Moved};
+use planish_geometry::denoise::{Denoising, DenoisingError, Moved, auto};
 use planish_geometry::manifest::HeightsLoss;
 use planish_geometry::model::NormalSource;
 use planish_geometry::progress::Progress as _;
@@ -17,6 +17,9 @@ use std::path::{Path, PathBuf};
 struct Denoised {
     output: String,
     method: Denoising,
+    /// What the method `auto` measured and chose.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    choice: Option<auto::Choice>,
     vertices: usize,
     faces: usize,
     mean_edge: f64,
@@ -47,7 +50,7 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
         DenoisingError::Limits(e) => super::limits_do_not_fit(&e, &args.input),
         DenoisingError::Cancelled(_) => Failure::Interrupted,
     })?;
-    let Moved { deltas, along, limits } = moved;
+    let Moved { deltas, along, limits, choice } = moved;
     let places: Vec<_> = surface.positions().iter().zip(&deltas).map(|(p, d)| *p - *d).collect();
     if let Some(v) = places.iter().position(|p| !p.is_finite()) {
         let line = model.weld().first()[v] + 1;
@@ -64,6 +67,7 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
     let report = Denoised {
         output: written.display().to_string(),
         method,
+        choice,
         vertices: model.obj().positions().len(),
         faces: model.obj().faces().len(),
         mean_edge: surface.mean_edge(),
@@ -82,8 +86,9 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
     }
     console.report(&report, || {
         let Denoised { output, mean_edge, mean_displacement, max_displacement, vertices, .. } = &report;
+        let chosen = report.choice.as_ref().map(|choice| format!("  auto: {choice}\n")).unwrap_or_default();
         let mut text = format!(
-            "wrote {output}\n  {vertices} vertices, moved by {:.3} mean edge lengths on average, {:.3} at most\n",
+            "wrote {output}\n{chosen}  {vertices} vertices, moved by {:.3} mean edge lengths on average, {:.3} at most\n",
             mean_displacement / mean_edge,
             max_displacement / mean_edge
         );

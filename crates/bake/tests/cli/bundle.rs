@@ -47,10 +47,10 @@ fn the_folder_has_a_default_and_the_size_a_reason() {
 #[test]
 fn the_result_of_any_denoiser_can_be_baked() {
     let folder = Folder::with("in.obj", Mesh::sphere(3).noisy(0.05).obj());
-    folder.succeeds("denoise in.obj -o smooth.obj --iterations 7");
+    folder.succeeds("denoise in.obj -o smooth.obj --method laplacian --iterations 7");
     let way = "--size 256 --weld exact";
     let target = folder.succeeds_with_json(&format!("bake in.obj -o target --target smooth.obj {way}"));
-    folder.succeeds(&format!("bake in.obj -o method --iterations 7 {way}"));
+    folder.succeeds(&format!("bake in.obj -o method --method laplacian --iterations 7 {way}"));
     for name in ["in.displacement.png", "in.normal.png", "in.obj"] {
         assert!(folder.bytes(&format!("target/{name}")) == folder.bytes(&format!("method/{name}")), "{name}");
     }
@@ -89,13 +89,13 @@ fn the_manifest_holds_every_setting_defaults_included() {
     };
     let name = "laplacian";
     assert_eq!(
-        method(&folder.succeeds_with_json("bake in.obj")),
+        method(&folder.succeeds_with_json("bake in.obj --method laplacian")),
         json!([
             { "name": name, "iterations": 3, "step": 0.5, "weights": "uniform", "boundary": "fixed" },
             "exact", "angle", "barycentric", "fitted", 1.0
         ])
     );
-    let options = "--iterations 7 --step 0.25 --weights cotangent --boundary free --weld 0.001 --normals area \
+    let options = "--method laplacian --iterations 7 --step 0.25 --weights cotangent --boundary free --weld 0.001 --normals area \
                    --interpolation natural --texels interpolated --lambda -0.5";
     assert_eq!(
         method(&folder.succeeds_with_json(&format!("bake in.obj {options}"))),
@@ -265,7 +265,8 @@ fn the_number_of_threads_changes_no_byte() {
     let folder = Folder::with("in.obj", Mesh::sphere(24).noisy(0.02).split_at_seams().with_defects().obj());
     let jobs = ["barycentric", "natural", "idw", "nearest"]
         .map(|i| format!("bake in.obj -o out --size 128 --interpolation {i}"));
-    let denoise = |weights| format!("denoise in.obj -o out/x.obj --iterations 20 --weights {weights}");
+    let denoise =
+        |weights| format!("denoise in.obj -o out/x.obj --method laplacian --iterations 20 --weights {weights}");
     let jobs = jobs.into_iter().chain(["uniform", "cotangent"].map(denoise));
     for job in jobs {
         let on = |threads: &str| {

@@ -4,7 +4,7 @@ use crate::folder::Folder;
 use crate::mesh::Mesh;
 use serde_json::Value;
 
-const METHODS: [&str; 10] = [
+const METHODS: [&str; 12] = [
     "laplacian",
     "taubin",
     "hc",
@@ -15,6 +15,8 @@ const METHODS: [&str; 10] = [
     "guided-normals",
     "l0",
     "tgv-normals",
+    "map",
+    "auto",
 ];
 
 fn folder() -> Folder {

@@ -5,7 +5,7 @@ use crate::mesh::Mesh;
 use crate::reference::{Lines, OneStep};
 use glam::DVec3;
 
-const ONE_STEP: &str = "--iterations 1 --step 1";
+const ONE_STEP: &str = "--method laplacian --iterations 1 --step 1";
 
 fn cases() -> Vec<(&'static str, Mesh)> {
     let sphere = Mesh::sphere(12).noisy(0.02);

@@ -101,7 +101,7 @@ fn interrupted(folder: &Folder, line: &str, delay: Duration) -> Printed {
 fn an_interrupt_stops_the_work_and_leaves_nothing_behind() {
     let folder = Folder::with("in.obj", Mesh::grid(300).noisy(0.001).obj());
     // Hours of denoising; and seconds of images, of which the delay lands somewhere in the middle.
-    for (work, delay) in [("--iterations 100000", 0), ("--size 4096 --interpolation natural", 300)] {
+    for (work, delay) in [("--method laplacian --iterations 100000", 0), ("--size 4096 --interpolation natural", 300)] {
         let line = format!("bake in.obj -o out/deep {work}");
         let Printed { code, out, err } = interrupted(&folder, &line, Duration::from_millis(delay));
         assert_eq!((code, out.as_str()), (Some(1), ""), "{work}: {err}");

@@ -2,7 +2,7 @@
 
 use super::BakeError;
 use crate::denoise::limits::{Bounds, Limits, LimitsError, Outcome};
-use crate::denoise::{Along, Denoiser, Denoising, DenoisingError, Loss, Motion};
+use crate::denoise::{Along, Denoiser, Denoising, DenoisingError, Loss, Motion, Moved, auto};
 use crate::displacement::MapKind;
 use crate::manifest::{Method, Target};
 use crate::model::{Model, NormalSource};
@@ -59,6 +59,8 @@ pub struct Ways {
     pub heights: Option<(Vec<f64>, Loss)>,
     /// What limits did; none without any.
     pub limits: Option<Outcome>,
+    /// What the method chose.
+    pub choice: Option<auto::Choice>,
 }
 
 impl Goal {
@@ -86,23 +88,22 @@ impl Goal {
         let surface = model.surface();
         let chosen = normals.unwrap_or_default();
         if map != MapKind::Scalar {
-            let (deltas, limits) = match self {
-                Self::Denoiser(denoising) => {
-                    let moved = denoising.run(surface, model.weld(), progress)?;
-                    (moved.deltas, moved.limits)
+            let Moved { deltas, limits, choice, .. } = match self {
+                Self::Denoiser(denoising) => denoising.run(surface, model.weld(), progress)?,
+                Self::Target { positions, .. } => {
+                    Moved { deltas: ways_to(surface, positions), along: None, limits: None, choice: None }
                 }
-                Self::Target { positions, .. } => (ways_to(surface, positions), None),
             };
             let normals = model.displacement_normals(chosen, &deltas)?;
-            return Ok(Ways { deltas, normals, source: chosen, heights: None, limits });
+            return Ok(Ways { deltas, normals, source: chosen, heights: None, limits, choice });
         }
         // Limits hold for the way that the map can hold.
         let bounds = self.bounds(model)?;
-        let (mut deltas, fits) = match self {
+        let ((mut deltas, choice), fits) = match self {
             Self::Denoiser(Denoising { denoiser, .. }) => {
-                (denoiser.freed().deltas(surface, progress)?, denoiser.motion().is_some())
+                (denoiser.freed().run(surface, progress)?, denoiser.motion().is_some())
             }
-            Self::Target { positions, .. } => (ways_to(surface, positions), false),
+            Self::Target { positions, .. } => ((ways_to(surface, positions), None), false),
         };
         bounds.clamp(&mut deltas);
         let (along, source) = if fits && normals.is_none() {
@@ -117,7 +118,7 @@ impl Goal {
         };
         let (along, limits) = along.within(&bounds, surface, &deltas, progress)?;
         let (deltas, Along { normals, heights, loss }) = (along.deltas(), along);
-        Ok(Ways { deltas, normals, source, heights: Some((heights, loss)), limits })
+        Ok(Ways { deltas, normals, source, heights: Some((heights, loss)), limits, choice })
     }
 
     /// Limits of the vertices.

@@ -1,7 +1,7 @@
 //! A method within limits.
 
 use super::limits::{Limits, LimitsError, Outcome};
-use super::{Along, Denoiser, Motion};
+use super::{Along, Denoiser, Motion, auto};
 use crate::model::NormalSource;
 use crate::normals::{self, FaceWeight};
 use crate::progress::{Cancelled, Progress};
@@ -48,21 +48,23 @@ pub struct Moved {
     pub along: Option<(Along, NormalSource)>,
     /// What limits did; none without any.
     pub limits: Option<Outcome>,
+    /// What the method chose; none by methods that choose nothing.
+    pub choice: Option<auto::Choice>,
 }
 
 impl Denoising {
     /// Denoises within the limits; `weld` says which vertices the `v` lines of these are.
     pub fn run(&self, surface: &Surface, weld: &Weld, progress: &dyn Progress) -> Result<Moved, DenoisingError> {
         let bounds = self.limits.on(surface, weld)?;
-        let mut deltas = self.denoiser.freed().deltas(surface, progress)?;
+        let (mut deltas, choice) = self.denoiser.freed().run(surface, progress)?;
         if self.denoiser.motion() == Some(Motion::AlongNormal) {
             bounds.clamp(&mut deltas);
             let (best, source) = Along::best(surface, &deltas, progress)?;
             let (along, limits) = best.within(&bounds, surface, &deltas, progress)?;
-            return Ok(Moved { deltas: along.deltas(), along: Some((along, source)), limits });
+            return Ok(Moved { deltas: along.deltas(), along: Some((along, source)), limits, choice });
         }
         let along = normals::vertex_normals(surface, FaceWeight::Angle);
         let limits = bounds.apply(surface, &along, &mut deltas, progress)?;
-        Ok(Moved { deltas, along: None, limits })
+        Ok(Moved { deltas, along: None, limits, choice })
     }
 }
