@@ -1,14 +1,14 @@
 //! What the method `auto` makes of pairs of clean and noisy meshes, and of scans.
 //!
 //! ```text
-//! auto FOLDER [--pairs x,y] [--noise SIGMA] [--candidates]
+//! auto FOLDER [--pairs x,y] [--noise SIGMA] [--candidates] [--no-clean] [--write FOLDER]
 //! ```
 //!
 //! FOLDER as for `quality`. One line a pair: Ea in degrees of the noisy mesh, the least of the manifest's columns that are
 //! not authors' meshes, Ea of `auto` and its ratio to that and to the authors' mesh; mean distance to the clean surface in
 //! mean edges, of `auto` and of `taubin`; flipped faces before and after; the Ea that `auto` brings into the clean mesh; and
 //! seconds of all cores together. `--noise` makes its own noise of that deviation along the normals of the clean mesh.
-//! `--candidates` runs each candidate alone as well. Meshes without a clean one say only how far normals turned. What was
+//! `--candidates` runs each candidate alone as well, `--no-clean` spares the clean mesh, `--write` keeps the results. Meshes without a clean one say only how far normals turned. What was
 //! found and chosen goes to standard error.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "printing is what it is for")]
 
@@ -40,13 +40,19 @@ struct Pair {
 
 fn main() -> Result<(), Failure> {
     let mut words = std::env::args().skip(1);
-    let folder = PathBuf::from(words.next().ok_or("usage: auto FOLDER [--pairs x,y] [--noise SIGMA] [--candidates]")?);
-    let (mut wanted, mut sigma, mut candidates) = (None, None, false);
+    let folder = PathBuf::from(
+        words
+            .next()
+            .ok_or("usage: auto FOLDER [--pairs x,y] [--noise SIGMA] [--candidates] [--no-clean] [--write FOLDER]")?,
+    );
+    let (mut wanted, mut sigma, mut candidates, mut harmed, mut write) = (None, None, false, true, None);
     while let Some(word) = words.next() {
         match word.as_str() {
             "--pairs" => wanted = words.next(),
             "--noise" => sigma = words.next().map(|s| s.parse::<f64>()).transpose()?,
             "--candidates" => candidates = true,
+            "--no-clean" => harmed = false,
+            "--write" => write = words.next(),
             _ => return Err(format!("unknown option {word}").into()),
         }
     }
@@ -66,6 +72,7 @@ fn main() -> Result<(), Failure> {
         let Some(clean) = &pair.clean else {
             let scan = model(&pair.noisy)?;
             let (result, seconds) = run(&pair.name, &scan)?;
+            save(&write, &pair.name, &scan, &result)?;
             let turned = compare(&scan, &scan, &result)?;
             println!(
                 "{:17} turned {:.2} on average, {:.2} at the 95th percentile; moved {:.3} mean edges, {:.3} at most; {seconds:.1} s",
@@ -109,11 +116,13 @@ fn main() -> Result<(), Failure> {
         };
         let before = compare(&clean, &noisy, noisy.surface().positions())?;
         let (result, seconds) = run(&pair.name, &noisy)?;
+        save(&write, &pair.name, &noisy, &result)?;
         let after = compare(&clean, &noisy, &result)?;
         let taubin = Denoiser::Taubin(Taubin::default()).denoised(noisy.surface(), &Silent)?;
         let taubin = compare(&clean, &noisy, &taubin)?;
         let least = if sigma.is_some() { Some(taubin.ea) } else { pair.least };
-        let harm = compare(&clean, &clean, &run("  clean", &clean)?.0)?;
+        let kept = if harmed { run("  clean", &clean)?.0 } else { clean.surface().positions().to_vec() };
+        let harm = compare(&clean, &clean, &kept)?;
         let ratio = least.map(|least| after.ea / least);
         let to_published = pair.published.filter(|_| sigma.is_none()).map(|ea| after.ea / ea);
         ratios.extend(ratio);
@@ -170,6 +179,12 @@ fn run(name: &str, model: &Model) -> Result<(Vec<DVec3>, f64), Failure> {
     let seconds = cpu_seconds() - before;
     eprintln!("{name}: {choice}");
     Ok((model.surface().positions().iter().zip(deltas).map(|(p, delta)| *p - delta).collect(), seconds))
+}
+
+fn save(folder: &Option<String>, name: &str, model: &Model, positions: &[DVec3]) -> Result<(), Failure> {
+    let Some(folder) = folder else { return Ok(()) };
+    let written = model.obj().with_positions(&model.weld().spread(positions), None);
+    Ok(std::fs::write(Path::new(folder).join(format!("{name}_auto.obj")), written)?)
 }
 
 fn compare(clean: &Model, model: &Model, positions: &[DVec3]) -> Result<Comparison, Failure> {

@@ -21,7 +21,7 @@ fn files_that_were_left_alone_do_what_their_manifest_says() {
         "--layout vertex --target scans/smooth.obj",
     ];
     for map in maps {
-        let baked = folder.succeeds_with_json(&format!("bake scans/in.obj -o out {map}"));
+        let baked = folder.succeeds_with_json(&format!("bake scans/in.obj --method laplacian -o out {map}"));
         let checked = folder.succeeds_with_json("check out/in.planish.json");
         assert_eq!(checked["report"], baked["manifest"]["report"], "{map}");
         assert_eq!(checked["differences"], json!([]), "{map}");
@@ -33,7 +33,7 @@ fn files_that_were_left_alone_do_what_their_manifest_says() {
 #[test]
 fn a_promise_that_is_not_kept_is_an_error() {
     let folder = Folder::with("in.obj", mesh());
-    folder.succeeds("bake in.obj -o out --layout vertex");
+    folder.succeeds("bake in.obj --method laplacian -o out --layout vertex");
     // The scale of another bake, as after mixing up two manifests.
     let mut manifest = folder.json("out/in.planish.json");
     let scale = manifest["displacement"]["scale"].as_f64().unwrap();
@@ -50,7 +50,7 @@ fn a_promise_that_is_not_kept_is_an_error() {
 #[test]
 fn other_files_than_those_that_were_baked_are_refused() {
     let folder = Folder::with("in.obj", mesh());
-    folder.succeeds("bake in.obj -o out --layout vertex");
+    folder.succeeds("bake in.obj --method laplacian -o out --layout vertex");
     let manifest = folder.json("out/in.planish.json");
     let mut unknown = manifest.clone();
     unknown["method"] = json!({ "name": "clairvoyance" });

@@ -115,7 +115,7 @@ fn impulsive_noise_hits_its_share() {
 fn compare_puts_better_results_below_worse_ones() {
     let folder = Folder::with("clean.obj", Mesh::sphere(16).obj());
     folder.succeeds("noise clean.obj -o noisy.obj --sigma 0.2");
-    folder.succeeds("denoise noisy.obj -o smooth.obj");
+    folder.succeeds("denoise noisy.obj --method laplacian -o smooth.obj");
     let line = "compare clean.obj noisy.obj smooth.obj clean.obj";
     let printed = folder.succeeds_with_json(line);
     let ea = |k: usize| printed["results"][k]["Ea_deg"].as_f64().unwrap();
@@ -173,7 +173,8 @@ fn measures_have_digits_whatever_the_unit() {
 #[test]
 fn info_and_bake_count_the_same_seam() {
     let folder = Folder::with("in.obj", Mesh::sphere(6).split_at_seams().obj());
-    let [info, baked] = ["info in.obj", "bake in.obj -o out --layout uv"].map(|line| folder.succeeds(line).out);
+    let [info, baked] =
+        ["info in.obj", "bake in.obj --method laplacian -o out --layout uv"].map(|line| folder.succeeds(line).out);
     // Five vertices of the meridian, and the poles.
     assert!(info.contains("7 vertices on seams"), "{info}");
     assert!(baked.contains("7 vertices with several"), "{baked}");

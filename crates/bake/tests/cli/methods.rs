@@ -20,7 +20,7 @@ const METHODS: [&str; 12] = [
 ];
 
 fn folder() -> Folder {
-    Folder::with("in.obj", Mesh::sphere(8).noisy(0.02).with_defects().obj())
+    Folder::with("in.obj", Mesh::sphere(8).noisy(0.1).with_defects().obj())
 }
 
 #[test]
@@ -54,11 +54,37 @@ fn options_land_where_the_manifest_has_them() {
     assert_eq!(method("sun --vertex-update least-squares")["vertex_update"]["scheme"], "least-squares");
     assert_eq!(method("sun --boundary free")["vertex_update"]["boundary"], "free");
     assert_eq!(method("hc --boundary free")["boundary"], "free");
+    let map = method("map --noise 0.1 --prior smooth --strength 3 --iterations 2 --motion along-normal");
+    assert_eq!([&map["noise"], &map["prior"]["threshold"]], [0.1, 0.1]);
+    assert_eq!([&map["prior"]["strength"], &map["prior"]["rounds"]], [&Value::from(3.0), &Value::from(2)]);
+    assert_eq!(map["motion"], "along-normal");
+    let auto = method("auto --noise 0.2 --noise-kind uneven --candidates flat,linear --boundary fixed");
+    assert_eq!([&auto["kind"], &auto["boundary"]], ["uneven", "fixed"]);
+    assert_eq!(auto["candidates"], serde_json::json!(["flat", "linear"]));
     // Those of the paper hold nothing back, and options come on top.
     let paper = method("bilateral-normals --preset paper --sigma-range 0.4");
     assert_eq!(paper["vertex_update"]["closeness"], 0.0);
     assert_eq!(paper["vertex_update"]["fold_overs"], "allow");
     assert_eq!([&paper["iterations"], &paper["sigma_range"]], [&Value::from(20), &Value::from(0.4)]);
+}
+
+#[test]
+fn auto_is_the_default_and_says_what_it_measured_and_chose() {
+    let folder = Folder::with("in.obj", Mesh::sphere(24).noisy(0.05).obj());
+    let said = folder.succeeds("denoise in.obj -o out.obj").out;
+    assert!(said.contains("auto: noise of") && said.contains(" % "), "{said}");
+    let printed = folder.succeeds_with_json("denoise in.obj -o out.obj");
+    assert_eq!(printed["method"]["name"], "auto");
+    let shares = printed["choice"]["candidates"].as_array().unwrap();
+    let total: f64 = shares.iter().map(|share| share["share"].as_f64().unwrap()).sum();
+    assert!((total - 1.0).abs() < 1e-12 && printed["choice"]["sigma"].as_f64().unwrap() > 0.1, "{printed}");
+    folder.succeeds("bake in.obj -o out --size 64");
+    assert_eq!(folder.json("out/in.planish.json")["choice"], printed["choice"]);
+    // Nothing has to be done to a clean mesh.
+    let clean = Folder::with("in.obj", Mesh::sphere(24).obj());
+    let said = clean.succeeds("denoise in.obj -o out.obj").out;
+    assert!(said.contains("no noise that could be told from the surface: left alone"), "{said}");
+    assert_eq!(clean.text("out.obj"), clean.text("in.obj"));
 }
 
 #[test]

@@ -109,7 +109,7 @@ fn a_resolved_layout_is_exact_to_some_quanta() {
 fn lambda_scales_the_displacement() {
     let mesh = Mesh::sphere(8).noisy(0.03);
     let folder = Folder::with("in.obj", mesh.obj());
-    folder.succeeds("bake in.obj -o out --lambda 0.25");
+    folder.succeeds("bake in.obj --method laplacian -o out --lambda 0.25");
     let at = |lambda: &str| {
         folder.succeeds(&format!("apply out/in.planish.json {lambda} -o out.obj"));
         Lines::of(&folder.text("out.obj")).positions

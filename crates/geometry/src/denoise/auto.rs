@@ -1,10 +1,11 @@
 //! Measures the noise, tries candidates, and mixes those that come nearest to the truth by an estimate that needs none.
 //!
-//! Candidates are [`Map`](super::Map) with priors from sharp to smooth and linear smoothing of three strengths. Each is
+//! Candidates are [`Map`](super::Map) with priors from flat to smooth and linear smoothing of several strengths. Each is
 //! run on the mesh and once more for each probe, a little noise of known size; that tells its risk (see `auto/risk.rs`), and
-//! the risks of all pairs, half of each, make the shares of the mixture. Large meshes are tried on patches, and only what has
-//! a share is run on the whole. A mesh on which no noise can be told from the surface is left alone. Where noise is alike
-//! between neighbours the estimate of the risk does not hold, and one robust prior with a large σ is used.
+//! the risks of all pairs, half of each, make the shares of the mixture. Those that the first probe finds far behind get no
+//! more of them. Large meshes are tried on patches, and only what has a share is run on the whole. A mesh on which no noise
+//! can be told from the surface is left alone. Where noise is alike between neighbours the estimate of the risk does not
+//! hold, and one robust prior with a large σ is used.
 
 mod candidates;
 mod patches;
@@ -90,6 +91,9 @@ impl fmt::Display for Choice {
                 self.measured.fine, self.measured.coarse
             )?,
         }
+        if let [Share { candidate: Candidate::Stay, .. }] = self.candidates[..] {
+            return write!(f, ": left alone");
+        }
         let mut separator = ": ";
         // What is less rounds to nothing.
         for Share { candidate, share, .. } in self.candidates.iter().filter(|share| share.share >= 0.005) {
@@ -117,7 +121,8 @@ pub fn choose(surface: &Surface, settings: &Auto, progress: &dyn Progress) -> Re
         Kind::Independent | Kind::Uneven => &Candidate::ALL,
     });
     // Without noise there is nothing to do, and nothing to measure a risk by.
-    let candidates = if sigma > noise_level::NOTHING && look.mean_edge > 0.0 { candidates } else { &[Candidate::Stay] };
+    let noisy = sigma > noise_level::NOTHING && look.mean_edge > 0.0 && !candidates.is_empty();
+    let candidates = if noisy { candidates } else { &[Candidate::Stay] };
     let freedom = Freedom::of(surface, settings.motion, settings.boundary);
     let run = Run::of(&net, &freedom, sigma, look.mean_edge);
     let smoothing = look.smoothing;
@@ -195,6 +200,38 @@ mod tests {
     }
 
     #[test]
+    fn roughness_with_more_bumps_than_pits_stays() {
+        let clean = shapes::sphere(4);
+        let noisy = noisy(&clean, 0.2);
+        let lift = |(p, q): (&DVec3, &DVec3)| *p + p.normalize() * (*q - *p).length();
+        let rough = clean.at(clean.positions().iter().zip(noisy.positions()).map(lift).collect());
+        let (deltas, choice) = choose(&rough, &Auto::default(), &Silent).unwrap();
+        assert!(deltas.iter().all(|d| *d == DVec3::ZERO) && choice.measured.skew > 0.15, "{choice:?}");
+    }
+
+    #[test]
+    fn every_choice_can_be_overruled() {
+        let noisy = noisy(&shapes::sphere(3), 0.2);
+        let chosen = |settings: Auto| choose(&noisy, &settings, &Silent).unwrap();
+        let (_, told) = chosen(Auto { noise: Some(0.1), ..Auto::default() });
+        assert_eq!((told.sigma, told.kind), (0.1, Kind::Independent));
+        for stays in [
+            Auto { noise: Some(0.0), ..Auto::default() },
+            Auto { kind: Some(Kind::None), ..Auto::default() },
+            Auto { candidates: Some(vec![Candidate::Stay]), ..Auto::default() },
+            Auto { candidates: Some(Vec::new()), ..Auto::default() },
+        ] {
+            let (deltas, choice) = chosen(stays);
+            assert!(deltas.iter().all(|d| *d == DVec3::ZERO), "{choice}");
+        }
+        let (_, two) = chosen(Auto { candidates: Some(vec![Candidate::Smooth, Candidate::Linear]), ..Auto::default() });
+        assert_eq!(two.candidates.len(), 2);
+        let clean = shapes::sphere(3);
+        let (deltas, _) = choose(&clean, &Auto { noise: Some(0.2), ..Auto::default() }, &Silent).unwrap();
+        assert!(deltas.iter().any(|d| *d != DVec3::ZERO));
+    }
+
+    #[test]
     fn patches_give_about_the_shares_of_the_whole() {
         let noisy = noisy(&shapes::sphere(4), 0.2);
         let net = Net::of(&noisy);
@@ -206,7 +243,7 @@ mod tests {
         let freedom = Freedom::default();
         let candidates = &Candidate::ALL[4..];
         let mean = |net: &Net, input: &[DVec3], normals: &[DVec3], judged: &[bool]| {
-            let run = Run::of(net, &freedom, look.sigma(), look.mean_edge);
+            let run = Run::of(net, &freedom, look.level.sigma_as(look.level.kind()), look.mean_edge);
             let trial = Trial { run, input, normals, smoothing: look.smoothing, judged };
             let shares = trial.judged(candidates, &Silent).unwrap().0;
             shares.iter().zip(0u32..).map(|(share, k)| share.share * f64::from(k)).sum::<f64>()

@@ -74,32 +74,37 @@ impl Look {
 }
 
 impl NoiseLevel {
-    /// Deviation of the part of the noise that is white.
-    fn white(&self) -> f64 {
-        // The finest band of clean meshes has an agreement of 0.03 to 0.17 where it has detail at all.
-        const DETAIL: f64 = 0.05;
-        // What chance makes of white noise on a few thousand vertices.
-        const CHANCE: f64 = 0.01;
-        let detail = ((self.agreement - CHANCE) / DETAIL).clamp(0.0, 1.0);
-        // Creases fill the tail even without noise.
-        self.fine.max(self.tail).min(1.6 * self.fine) * (1.0 - detail).sqrt()
+    /// Share of the finest band that is detail of the surface, in the square, where chance alone makes `chance` of the
+    /// agreement.
+    fn detail(&self, chance: f64) -> f64 {
+        // In clean meshes with detail it is 0.03 to 0.17, and less where detail is finer.
+        const OF_DETAIL: f64 = 0.045;
+        ((self.agreement - chance) / OF_DETAIL).clamp(0.0, 1.0)
     }
 
     /// σ for a data term where the noise is of this kind, mean edges.
     pub(super) fn sigma_as(&self, kind: Kind) -> f64 {
-        self.white() * self.inflation() * if kind == Kind::Correlated { 1.5 } else { 1.0 }
+        // Creases fill the tail even without noise.
+        let white = self.fine.max(self.tail).min(1.6 * self.fine) * (1.0 - self.detail(0.01)).sqrt();
+        match kind {
+            Kind::Correlated if self.is_rough() => 5.0 * self.excess(),
+            Kind::Correlated => 1.5 * self.inflation() * white,
+            _ => self.inflation() * white,
+        }
     }
 
     /// What these figures say.
     pub fn kind(&self) -> Kind {
-        // Noise turns faces by about as many degrees as it has hundredths of an edge: less is hardly seen, and cannot be
-        // told from detail.
-        const LEAST: f64 = 0.03;
+        // Noise turns faces by about as many degrees as it has hundredths of an edge. What is less is hardly seen and
+        // cannot be told from detail, and a barely noisy mesh stays as it is.
+        const LEAST: f64 = 0.035;
+        const LEAST_ROUGH: f64 = 0.02;
         // Sensors err to both sides alike. Roughness has pits or bumps.
-        const SKEWED: f64 = 0.15;
-        if self.white() < LEAST || self.skew.abs() > SKEWED {
+        const LOPSIDED: f64 = 0.15;
+        let white = self.fine * (1.0 - self.detail(0.005)).sqrt();
+        if white < if self.is_rough() { LEAST_ROUGH } else { LEAST } || self.skew.abs() > LOPSIDED {
             Kind::None
-        } else if self.inflation() > 1.5 {
+        } else if self.is_rough() || self.inflation() > 1.5 {
             Kind::Correlated
         } else if self.tail > 1.3 * self.fine {
             Kind::Uneven
@@ -108,11 +113,25 @@ impl NoiseLevel {
         }
     }
 
-    /// How much the coarse band holds beyond white noise and the detail of common surfaces, as a factor for σ.
+    /// What the coarse band holds beyond white noise, mean edges.
+    fn excess(&self) -> f64 {
+        (self.coarse * self.coarse - 1.21 * self.fine * self.fine).max(0.0).sqrt()
+    }
+
+    /// The same beyond the detail of common surfaces too, as a factor for σ.
     fn inflation(&self) -> f64 {
         const DETAIL: f64 = 0.07;
-        let excess = (self.coarse * self.coarse - 1.21 * self.fine * self.fine).max(0.0).sqrt();
-        (excess / DETAIL).powi(2).clamp(1.0, 5.0)
+        (self.excess() / DETAIL).powi(2).clamp(1.0, 5.0)
+    }
+
+    /// Whether the coarse band has more than the surface explains. Detail that is seen there is seen in the finest band as
+    /// well, where it makes neighbours agree: in clean meshes the agreement is 0.007 to 0.017 of (coarse / fine)², with
+    /// noise added no less. Photogrammetry is as rough over many edges as over one, without any agreement.
+    fn is_rough(&self) -> bool {
+        const EXPLAINED: f64 = 0.008;
+        const MARGIN: f64 = 0.015;
+        let explained = EXPLAINED * (self.excess() / self.fine).powi(2);
+        self.fine > 0.0 && self.agreement < MARGIN && explained > self.agreement.max(0.0) + MARGIN
     }
 }
 

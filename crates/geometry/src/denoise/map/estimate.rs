@@ -43,19 +43,23 @@ impl Net {
         (0..positions.len()).into_par_iter().with_min_len(1024).map(|v| sum(v).normalize_or_zero()).collect()
     }
 
-    /// δ = p − p* for ways from `input` (#V×3), zero at vertices that have to stay: until no triangle faces away from the mean
-    /// normal at its vertices that did not do so in the input. Each round puts one back at least, so this ends.
+    /// δ = p − p* for ways from `input` (#V×3), zero at vertices that have to stay: until no triangle that faces the way of
+    /// the mean normal at its vertices in the input faces away from it, or is turned over and farther from it than before.
+    /// Each round puts one back at least, so this ends.
     pub(in crate::denoise) fn without_folds(&self, input: &[DVec3], ways: Vec<DVec3>) -> Vec<DVec3> {
         let mut ways = ways;
         let moved: Vec<DVec3> = input.iter().zip(&ways).map(|(p, way)| *p + way).collect();
         let normals = self.vertex_normals(&moved);
         let faces = &self.faces;
-        let upright = |f: Index, ways: Option<&[DVec3]>| {
-            let t = faces.triangles[f as usize].map(|v| v as usize);
-            let [a, b, c] = t.map(|v| ways.map_or(input[v], |ways| input[v] + ways[v]));
-            (b - a).cross(c - a).dot(t.iter().map(|&v| normals[v]).sum()) > 0.0
+        let turned = |f: Index, ways: &[DVec3]| {
+            let t = faces.triangles[f as usize];
+            let mean: DVec3 = t.iter().map(|&v| normals[v as usize]).sum();
+            let before = doubled_area(&t, input).normalize_or_zero();
+            let [a, b, c] = t.map(|v| input[v as usize] + ways[v as usize]);
+            let after = (b - a).cross(c - a).normalize_or_zero();
+            let (upright, now) = (before.dot(mean), after.dot(mean));
+            upright > 0.0 && (now <= 0.0 || (before.dot(after) < 0.0 && now < upright))
         };
-        let turned = |f: Index, ways: &[DVec3]| !upright(f, Some(ways)) && upright(f, None);
         let mut folded: Vec<Index> = (0..faces.len() as Index).filter(|&f| turned(f, &ways)).collect();
         while let Some(f) = folded.pop() {
             if !turned(f, &ways) {
