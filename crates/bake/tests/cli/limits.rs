@@ -50,7 +50,8 @@ fn fixed_lines_keep_their_bytes() {
 #[test]
 fn no_vertex_goes_farther_than_it_may() {
     let folder = closed();
-    let report = folder.succeeds_with_json("denoise in.obj -o out.obj --iterations 20 --max-displacement 0.1");
+    let report = folder
+        .succeeds_with_json("denoise in.obj -o out.obj --method laplacian --iterations 20 --max-displacement 0.1");
     let most = 0.1 * report["mean_edge"].as_f64().unwrap();
     assert!(report["max_displacement"].as_f64().unwrap() <= most);
     assert!(report["limits"]["stopped_vertices"].as_u64().unwrap() > 0);
@@ -70,8 +71,9 @@ fn the_volume_of_a_closed_mesh_is_restored() {
     let before = volume(&folder, "in.obj");
     for limits in ["", "--max-displacement 0.3", "--fix mask.txt"] {
         folder.write("mask.txt", "1-60");
-        let report =
-            folder.succeeds_with_json(&format!("denoise in.obj -o out.obj --iterations 20 --preserve-volume {limits}"));
+        let report = folder.succeeds_with_json(&format!(
+            "denoise in.obj -o out.obj --method laplacian --iterations 20 --preserve-volume {limits}"
+        ));
         let change = &report["limits"]["volume"];
         assert_eq!(change["restored"], true);
         assert!(change["by_method"].as_f64().unwrap() < -0.01 * before, "{change}");
@@ -87,7 +89,7 @@ fn a_bake_keeps_to_its_limits_and_its_manifest_repeats_them() {
     let folder = closed();
     folder.write("mask.txt", "3-20");
     let before = volume(&folder, "in.obj");
-    let limits = "--iterations 20 --fix mask.txt --max-displacement 0.4 --preserve-volume";
+    let limits = "--method laplacian --iterations 20 --fix mask.txt --max-displacement 0.4 --preserve-volume";
     for map in ["", "--map vector", "--layout vertex"] {
         let baked = folder.succeeds_with_json(&format!("bake in.obj -o out {limits} {map}"));
         let manifest = &baked["manifest"];
