@@ -229,11 +229,13 @@ mod tests {
 
     #[test]
     fn a_polygon_is_compared_by_the_triangles_of_the_clean_mesh() {
-        let rhombus = |x: f64, y: f64| {
-            let text = format!("v -{x} 0 0\nv 0 -{y} 0\nv {x} 0 0\nv 0 {y} 0\nf 1 2 3 4\n");
-            Triangles::from(&Obj::parse(text.into_bytes()).unwrap())
+        // Two darts, which are cut from the corner that points inwards: the second and the first one.
+        let dart = |places: [[f64; 2]; 4]| {
+            let lines: String = places.iter().map(|[x, y]| format!("v {x} {y} 0\n")).collect();
+            Triangles::from(&Obj::parse((lines + "f 1 2 3 4\n").into_bytes()).unwrap())
         };
-        let (wide, high) = (rhombus(3.0, 1.0), rhombus(1.0, 3.0));
+        let wide = dart([[-1.0, 0.0], [0.0, 0.5], [1.0, 0.0], [0.0, 1.0]]);
+        let high = dart([[0.5, 0.0], [0.0, -1.0], [1.0, 0.0], [0.0, 1.0]]);
         let diagonals = [&wide, &high].map(|mesh| mesh.triangles().iter().filter(|t| t.contains(&0)).count());
         assert_ne!(diagonals[0], diagonals[1], "otherwise this shows nothing");
         let found = compare(&wide, &high).unwrap();

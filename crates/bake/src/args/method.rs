@@ -256,6 +256,8 @@ impl MethodArgs {
         let number = |x: Option<f64>| x.map(Value::from);
         let count = |n: Option<u32>| n.map(Value::from);
         let all: [(_, &[_], _); 29] = [
+            // First, for others change settings of it.
+            ("--prior", &["/prior"], choice::<_, Prior>(self.prior)),
             ("--iterations", &["/iterations", "/prior/rounds"], count(self.iterations)),
             ("--step", &["/step"], number(self.step)),
             ("--inflate", &["/inflate"], number(self.inflate)),
@@ -277,7 +279,6 @@ impl MethodArgs {
             ("--noise", &["/noise"], number(self.noise)),
             ("--noise-kind", &["/kind"], choice::<_, Kind>(self.noise_kind)),
             ("--candidates", &["/candidates"], self.candidates.as_ref().map(json)),
-            ("--prior", &["/prior"], choice::<_, Prior>(self.prior)),
             ("--strength", &["/prior/strength"], number(self.strength)),
             ("--vertex-update", &["/vertex_update/scheme"], choice::<_, VertexScheme>(self.vertex_update)),
             ("--vertex-iterations", &["/vertex_update/iterations"], count(self.vertex_iterations)),

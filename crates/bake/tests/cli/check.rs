@@ -13,15 +13,17 @@ fn files_that_were_left_alone_do_what_their_manifest_says() {
     let folder = Folder::with("scans/in.obj", mesh());
     folder.succeeds("denoise scans/in.obj -o scans/smooth.obj --method laplacian --iterations 4");
     let maps = [
-        "--layout uv --size 32",
-        "--layout uv --size 128 --texels interpolated",
-        "--layout vertex --bits 8",
-        "--layout vertex --map vector --format tiff",
-        "--layout uv --size 128 --map vector --space tangent --weld 0.001",
+        "--method laplacian --layout uv --size 32",
+        "--method laplacian --layout uv --size 128 --texels interpolated",
+        "--method laplacian --layout vertex --bits 8",
+        "--method laplacian --layout vertex --map vector --format tiff",
+        "--method laplacian --layout uv --size 128 --map vector --space tangent --weld 0.001",
+        "--method sun --layout vertex",
+        "--method sun --layout vertex --normals denoised --max-displacement 0.1",
         "--layout vertex --target scans/smooth.obj",
     ];
     for map in maps {
-        let baked = folder.succeeds_with_json(&format!("bake scans/in.obj --method laplacian -o out {map}"));
+        let baked = folder.succeeds_with_json(&format!("bake scans/in.obj -o out {map}"));
         let checked = folder.succeeds_with_json("check out/in.planish.json");
         assert_eq!(checked["report"], baked["manifest"]["report"], "{map}");
         assert_eq!(checked["differences"], json!([]), "{map}");

