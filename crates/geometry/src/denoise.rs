@@ -265,12 +265,12 @@ mod tests {
     /// How far results may be apart for inputs that are alike but for rounding, model units.
     fn rounding(denoiser: &Denoiser) -> f64 {
         match denoiser {
-            // Weights of the edges have a slope of up to 1/κ² = 2500, and rounds multiply what they are given.
-            Denoiser::Map(_) | Denoiser::Auto(_) => 1e-8,
             // Conjugate gradients end when 1e-8 of the pull is left, one step sooner or later.
             _ if settings_of(denoiser, "scheme").is_some_and(|scheme| scheme == "least-squares") => 1e-7,
             // Single precision rounds other digits of normals that are turned.
             _ if denoiser.motion() == Some(Motion::AlongNormal) => 1e-7,
+            // Weights of the edges have a slope of up to 1/κ² = 2500, and rounds multiply what they are given.
+            Denoiser::Map(_) | Denoiser::Auto(_) => 1e-8,
             // Sums of a dozen terms of size 10, five steps: a few hundred ulps.
             _ => 1e-12,
         }

@@ -12,7 +12,7 @@ use planish_geometry::bundle::{
     Settings,
 };
 use planish_geometry::displacement::{FileFormat, MapKind, TexelFormat};
-use planish_geometry::manifest::{self, Layout, Report, Target, UvSource};
+use planish_geometry::manifest::{self, HeightsLoss, Layout, Report, Target, UvSource};
 use planish_geometry::materials;
 use planish_geometry::model::{Model, NormalSource};
 use planish_geometry::progress::Progress as _;
@@ -212,7 +212,7 @@ fn warnings(bundle: &Bundle) -> Vec<String> {
         let n = vertices(r.vertices_without_normal);
         out.push(format!("{n} without a normal (their faces cancel): they stay where they are"));
     }
-    if let Some(heights) = r.heights.filter(|heights| heights.is_much()) {
+    if let Some(heights) = r.heights.filter(HeightsLoss::is_much) {
         out.push(format!("{heights}; use --map vector"));
     }
     if r.unresolved_vertices > 0 {

@@ -27,8 +27,11 @@ fn rows(csv: &str) -> Vec<HashMap<String, String>> {
         .collect()
 }
 
+/// Place, colour and error of a vertex.
+type Coloured = ([f64; 3], [u8; 3], f32);
+
 /// Positions, colours and numbers of a PLY whose vertices are 24 + 3 + 4 bytes, and the number of its faces.
-fn ply(bytes: &[u8]) -> (Vec<([f64; 3], [u8; 3], f32)>, usize) {
+fn ply(bytes: &[u8]) -> (Vec<Coloured>, usize) {
     let end = b"end_header\n";
     let start = bytes.windows(end.len()).position(|w| w == end).unwrap() + end.len();
     let header = std::str::from_utf8(&bytes[..start]).unwrap();

@@ -159,8 +159,8 @@ mod tests {
         let umbrella = Umbrella::of(&surface);
         let x = umbrella.smoothed(surface.positions(), 0.5, &Freedom::default(), &Silent).unwrap();
         let bent: Vec<_> = (0..x.len()).map(|v| umbrella.at(&x, v)).collect();
-        for v in 0..x.len() {
-            let residual = x[v] + 0.5 * umbrella.transposed_at(&bent, v) - surface.positions()[v];
+        for (v, (x, p)) in x.iter().zip(surface.positions()).enumerate() {
+            let residual = *x + 0.5 * umbrella.transposed_at(&bent, v) - *p;
             // A ten-thousandth of a right-hand side that is below 0.1.
             assert!(residual.length() < 1e-5, "{residual}");
         }

@@ -137,7 +137,8 @@ mod tests {
 
     #[test]
     fn a_root_is_found_far_away_and_where_the_function_is_flat() {
-        let shapes: [(&str, fn(f64) -> f64, f64); 4] = [
+        type Case = (&'static str, fn(f64) -> f64, f64);
+        let shapes: [Case; 4] = [
             ("line", |t| t - 3.0, 3.0),
             ("far", |t| t * t * t - 1e6, 100.0),
             ("flat", |t| (t - 2.0).powi(3), 2.0),

@@ -69,9 +69,14 @@ struct Row<T> {
 }
 
 /// Sums of runs in their order, so that the result does not depend on the number of threads.
-fn total(sums: Vec<f64>) -> f64 {
-    sums.iter().sum()
+fn total(runs: impl IndexedParallelIterator<Item = f64>) -> f64 {
+    runs.collect::<Vec<f64>>().iter().sum()
 }
+
+/// A run of faces: its number, their rows, and the pulls on their corners.
+type BendingRun<'a> = (usize, (&'a mut [Row<Symmetric>], &'a mut [[f64; 3]]));
+/// A run of faces: their rows, directions, and shape operators.
+type DescendingRun<'a> = ((&'a mut [Row<Symmetric>], &'a [Symmetric]), &'a mut [Symmetric]);
 
 impl<'a> System<'a> {
     pub(super) fn new(net: &'a Net, freedom: &'a Freedom, data: f64, prior: &Prior) -> Self {
@@ -179,7 +184,7 @@ impl<'a> System<'a> {
         let Self { net, faces, changes, pulls, .. } = self;
         let ridge = self.ridge;
         let runs = faces.par_chunks_mut(RUN).zip(pulls.par_chunks_mut(RUN)).enumerate();
-        let run = |(run, (rows, pulls)): (usize, (&mut [Row<Symmetric>], &mut [[f64; 3]]))| {
+        let run = |(run, (rows, pulls)): BendingRun| {
             let mut inner = 0.0;
             for (i, (row, pulls)) in rows.iter_mut().zip(pulls).enumerate() {
                 let f = run * RUN + i;
@@ -217,7 +222,7 @@ impl<'a> System<'a> {
             }
             inner
         };
-        total(runs.map(run).collect())
+        total(runs.map(run))
     }
 
     /// Last term: the umbrella of x without its part along the normal.
@@ -246,7 +251,7 @@ impl<'a> System<'a> {
             }
             inner
         };
-        total(vertices.par_chunks_mut(RUN).enumerate().map(run).collect())
+        total(vertices.par_chunks_mut(RUN).enumerate().map(run))
     }
 
     /// |residual|² in the norm of the preconditioner.
@@ -254,8 +259,7 @@ impl<'a> System<'a> {
         let of_vertices =
             |rows: &[Row<DVec3>]| rows.iter().map(|r| r.inverse * r.residual.length_squared()).sum::<f64>();
         let of_faces = |rows: &[Row<Symmetric>]| rows.iter().map(|r| r.inverse * r.residual.squared()).sum::<f64>();
-        total(self.vertices.par_chunks(RUN).map(of_vertices).collect())
-            + total(self.faces.par_chunks(RUN).map(of_faces).collect())
+        total(self.vertices.par_chunks(RUN).map(of_vertices)) + total(self.faces.par_chunks(RUN).map(of_faces))
     }
 
     /// Takes a step of the shape operators and of all residuals; gives the new energy.
@@ -266,17 +270,17 @@ impl<'a> System<'a> {
                 sum + row.inverse * row.residual.length_squared()
             })
         };
-        let moved = total(self.vertices.par_chunks_mut(RUN).map(of_vertices).collect());
+        let moved = total(self.vertices.par_chunks_mut(RUN).map(of_vertices));
         let runs =
             self.faces.par_chunks_mut(RUN).zip(self.shape_direction.par_chunks(RUN)).zip(shapes.par_chunks_mut(RUN));
-        let of_faces = |((rows, directions), shapes): ((&mut [Row<Symmetric>], &[Symmetric]), &mut [Symmetric])| {
+        let of_faces = |((rows, directions), shapes): DescendingRun| {
             rows.iter_mut().zip(directions).zip(shapes).fold(0.0, |sum, ((row, direction), shape)| {
                 *shape = shape.zip(direction, |s, d| s + step * d);
                 row.residual = row.residual.zip(&row.product, |r, p| r - step * p);
                 sum + row.inverse * row.residual.squared()
             })
         };
-        moved + total(runs.map(of_faces).collect())
+        moved + total(runs.map(of_faces))
     }
 
     /// The next direction: downhill, plus `turn` times the last one.
