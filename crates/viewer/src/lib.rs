@@ -23,6 +23,7 @@
 pub mod camera;
 pub mod colormap;
 pub mod colour;
+pub mod environment;
 pub mod input;
 pub mod lights;
 pub mod scene;
