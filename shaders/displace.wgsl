@@ -6,8 +6,13 @@ struct Displacement {
     scale: f32,
     // Strength: 0 draws the noisy surface, 1 the denoised one.
     lambda: f32,
-    _pad: f32,
+    // What texels say: KIND_SCALAR, KIND_VECTOR_OBJECT or KIND_VECTOR_TANGENT.
+    kind: u32,
 }
+
+const KIND_SCALAR = 0u;
+const KIND_VECTOR_OBJECT = 1u;
+const KIND_VECTOR_TANGENT = 2u;
 
 @group(1) @binding(0) var height_map: texture_2d<f32>;
 @group(1) @binding(1) var<uniform> displacement: Displacement;

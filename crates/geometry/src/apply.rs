@@ -1,10 +1,14 @@
 //! The vertex shader's Rust twin: p' = p − λ · height · n, in single precision.
 
+use crate::atlas::AtlasError;
+use crate::bundle;
 use crate::displacement::{Displacement, MapKind, Place, Weights};
-use crate::manifest::Layout;
+use crate::manifest::{self, Layout, Manifest, UvSource};
+use crate::model::{Model, NoFileNormals};
 use crate::obj::Obj;
 use crate::ragged::Index;
-use crate::texture::tangents::Tangent;
+use crate::texture::tangents::{self, Tangent};
+use crate::weld::Welding;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -37,7 +41,17 @@ impl ShaderVertex {
         self.displaced_with(map, lambda, Weights::Exact)
     }
 
-    /// The same with other weights.
+    /// What the map says here, model units: the height, or the length of the vector; zero for a vertex that samples
+    /// nowhere.
+    pub fn height(&self, map: &Displacement) -> f32 {
+        let Some(place) = self.place else { return 0.0 };
+        match map.kind() {
+            MapKind::Scalar => map.height_at(place, Weights::Exact),
+            MapKind::VectorObject | MapKind::VectorTangent => map.vector_at(place, Weights::Exact).length(),
+        }
+    }
+
+    /// The displaced position with other weights.
     pub fn displaced_with(&self, map: &Displacement, lambda: f32, weights: Weights) -> Vec3 {
         let Some(place) = self.place else { return self.position };
         match map.kind() {
@@ -109,6 +123,76 @@ pub fn source_vertices(source: &Obj, normals: &[Vec3], places: Places, origin: D
         vertex.normal = *normal;
     }
     vertices
+}
+
+/// Why a mesh cannot be displaced by a map.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum MeshError {
+    /// It is neither what was baked nor the carrier, byte for byte.
+    #[error("is neither the mesh that was baked nor its carrier, byte for byte")]
+    Foreign,
+    /// The map lies in texture coordinates that the bake made.
+    #[error("lacks the texture coordinates of the map, which the carrier has")]
+    NeedsCarrier,
+    /// The manifest names a line that is not there; indices from 0.
+    #[error("there is no vertex {vertex} or no `vt` {uv} (counted from 0)")]
+    NoSuchPlace {
+        /// `v` line.
+        vertex: Index,
+        /// `vt` line.
+        uv: Index,
+    },
+    /// The normals that the map displaces along are not there.
+    #[error(transparent)]
+    Normals(#[from] NoFileNormals),
+    /// The texture coordinates that tangent frames need are not there.
+    #[error(transparent)]
+    Atlas(#[from] AtlasError),
+}
+
+/// The vertices, one for each `v` line, of the carrier as it is, or of the source with the normals that the bake used.
+pub fn baked_vertices(mesh: &Obj, manifest: &Manifest) -> Result<Vec<ShaderVertex>, MeshError> {
+    let digest = manifest::sha256(mesh.bytes());
+    let is_carrier = digest == manifest.carrier.sha256;
+    if !is_carrier && digest != manifest.source.sha256 {
+        return Err(MeshError::Foreign);
+    }
+    if !is_carrier && manifest.displacement.uvs == UvSource::Unwrapped {
+        return Err(MeshError::NeedsCarrier);
+    }
+    let dominant = manifest.dominant_pairs();
+    let named = |&&[v, vt]: &&[Index; 2]| (v as usize) < mesh.positions().len() && (vt as usize) < mesh.uvs().len();
+    if let Some(&[vertex, uv]) = dominant.iter().find(|pair| !named(pair)) {
+        return Err(MeshError::NoSuchPlace { vertex, uv });
+    }
+    let places = Places::new(manifest.displacement.layout, &dominant);
+    let origin = manifest.displacement.origin;
+    let needs_frames = manifest.displacement.map == MapKind::VectorTangent;
+    if is_carrier && !needs_frames {
+        return Ok(carrier_vertices(mesh, places, origin));
+    }
+    // A carrier has its vertices where welding put them.
+    let welding = match manifest.welding {
+        Welding::Epsilon(_) if is_carrier => Welding::Exact,
+        welding => welding,
+    };
+    let model = Model::new(mesh.clone(), welding);
+    let normals = if is_carrier {
+        let of_lines: Vec<Vec3> = carrier_vertices(mesh, places, origin).iter().map(|v| v.normal).collect();
+        model.weld().first().iter().map(|&line| of_lines[line as usize]).collect()
+    } else {
+        bundle::displacement_normals(&model, manifest.normals)?
+    };
+    let mut vertices = source_vertices(mesh, &model.weld().spread(&normals), places, origin);
+    if needs_frames {
+        let atlas = model.atlas()?;
+        let of_corners = tangents::tangents(model.surface(), &atlas, &normals);
+        let frames = tangents::at_vertices(model.surface(), &atlas, &normals, &of_corners);
+        for (vertex, frame) in vertices.iter_mut().zip(model.weld().spread(&frames)) {
+            vertex.tangent = frame;
+        }
+    }
+    Ok(vertices)
 }
 
 /// Displaced positions in the file's coordinates. #v×3, model units.

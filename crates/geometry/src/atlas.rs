@@ -159,7 +159,7 @@ impl Atlas {
         if topology.vertex(corner) < topology.vertex(next) { side } else { [side[1], side[0]] }
     }
     /// Whether the layout is cut along an edge, or ends there.
-    fn is_cut(&self, surface: &Surface, edge: Index) -> bool {
+    pub fn is_cut(&self, surface: &Surface, edge: Index) -> bool {
         let corners = surface.topology().edge_corners().get(edge);
         let sides = corners.iter().map(|&c| self.side(surface, c));
         surface.topology().edge_kind(edge) != EdgeKind::Interior

@@ -145,6 +145,12 @@ impl Displacement {
         &self.planes
     }
 
+    /// The same texels with another bias and scale, model units: what a slider does.
+    #[must_use]
+    pub fn with_range(&self, bias: f32, scale: f32) -> Self {
+        Self { encoding: Encoding { bias, scale, ..self.encoding }, ..self.clone() }
+    }
+
     /// The image file.
     pub fn to_bytes(&self) -> Result<Vec<u8>, EncodeError> {
         file::encode(&self.planes, self.size, self.encoding.texel)
@@ -172,8 +178,13 @@ impl Displacement {
 
     /// One channel at a place, model units.
     pub fn channel_at(&self, channel: usize, place: Place, weights: Weights) -> f32 {
+        self.encoding.bias + self.encoding.scale * self.texel_at(channel, place, weights)
+    }
+
+    /// The texel of one channel at a place, in 0..=1.
+    pub fn texel_at(&self, channel: usize, place: Place, weights: Weights) -> f32 {
         let texels = &self.planes[channel];
-        let texel = match place {
+        match place {
             Place::Texel(index) => texels[index as usize],
             Place::Uv(uv) => {
                 let Footprint { texels: [a, b, c, d], w } = Footprint::new(uv, self.size).with(weights);
@@ -183,8 +194,7 @@ impl Displacement {
                 let bottom = blend(texels[c], texels[d], w.x);
                 blend(top, bottom, w.y)
             }
-        };
-        self.encoding.bias + self.encoding.scale * texel
+        }
     }
 }
 

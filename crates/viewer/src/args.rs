@@ -1,7 +1,10 @@
 //! The command line.
 
+use crate::headless::Failure;
 use clap::Parser;
-use planish_viewer::settings::{Settings, Shading, Size};
+use planish_viewer::gpu::Backend;
+use planish_viewer::open::Files;
+use planish_viewer::settings::{Normals, Overlay, Sampling, Settings, Shading, Size};
 use std::path::PathBuf;
 
 /// Draws a mesh.
@@ -10,9 +13,17 @@ use std::path::PathBuf;
 #[derive(Debug, Parser)]
 #[command(name = "planish-viewer", version)]
 pub(crate) struct Args {
-    /// Mesh to draw.
-    #[arg(value_name = "IN.obj")]
-    pub(crate) input: PathBuf,
+    /// Mesh to draw, or the manifest of a map with its mesh.
+    #[arg(value_name = "IN.obj|MAP.planish.json")]
+    input: PathBuf,
+
+    /// The mesh's map; without one it is baked with the defaults.
+    #[arg(long, value_name = "MAP.planish.json", conflicts_with = "heights")]
+    map: Option<PathBuf>,
+
+    /// Strength of the map: 0 draws the mesh as it is, 1 denoised [default: what the map says].
+    #[arg(long, value_name = "L", allow_negative_numbers = true)]
+    pub(crate) lambda: Option<f32>,
 
     /// Draw into this file instead of a window.
     #[arg(long, value_name = "OUT.png")]
@@ -26,9 +37,33 @@ pub(crate) struct Args {
     #[arg(long, value_name = "S.json", requires = "headless")]
     pub(crate) save_settings: Option<PathBuf>,
 
-    /// Base colour (PNG), for meshes with texture coordinates.
+    /// What draws.
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) backend: Backend,
+
+    /// Base colour (PNG, JPEG) instead of the one that the material names.
     #[arg(long, value_name = "IN.png")]
-    pub(crate) texture: Option<PathBuf>,
+    texture: Option<PathBuf>,
+
+    /// Tangent-space normals, green up (PNG), instead of those of the map.
+    #[arg(long, value_name = "IN.png")]
+    normal_map: Option<PathBuf>,
+
+    /// Heights (PNG) that are put on the mesh instead of a map that takes noise off: p + λ (bias + scale · grey) n.
+    #[arg(long, value_name = "IN.png")]
+    heights: Option<PathBuf>,
+
+    /// Height at texel 0, model units [default: the map's; 0 with --heights].
+    #[arg(long, value_name = "B", allow_negative_numbers = true)]
+    bias: Option<f32>,
+
+    /// Height from texel 0 to texel 1, model units [default: the map's; 1 with --heights].
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    scale: Option<f32>,
+
+    /// Which normals light the displaced surface.
+    #[arg(long, value_enum)]
+    normals: Option<Normals>,
 
     /// Numbers for --shading heat: text, one for each `v` line.
     #[arg(long, value_name = "IN.txt")]
@@ -40,7 +75,15 @@ pub(crate) struct Args {
 
     /// What the surface shows.
     #[arg(long, value_name = "MODE")]
-    shading: Option<Shading>,
+    pub(crate) shading: Option<Shading>,
+
+    /// What is drawn on top of the surface.
+    #[arg(long, value_enum)]
+    overlay: Option<Overlay>,
+
+    /// How textures are read between their texels.
+    #[arg(long, value_enum)]
+    sampling: Option<Sampling>,
 
     /// Camera: degrees to the right about the up axis, from the front.
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
@@ -52,10 +95,34 @@ pub(crate) struct Args {
 }
 
 impl Args {
+    /// Which files are read.
+    pub(crate) fn files(&self) -> Result<Files, Failure> {
+        let is_manifest = self.input.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+        if is_manifest && self.map.is_some() {
+            return Err(Failure::Usage("give the map once: as the first argument or with --map".to_owned()));
+        }
+        let input = || Some(self.input.clone());
+        let (mesh, map) = if is_manifest { (None, input()) } else { (input(), self.map.clone()) };
+        Ok(Files {
+            mesh,
+            map,
+            heights: self.heights.clone(),
+            texture: self.texture.clone(),
+            normal_map: self.normal_map.clone(),
+            scalars: self.scalars.clone(),
+        })
+    }
+
     /// Settings with what the command line says about them.
     pub(crate) fn override_settings(&self, mut settings: Settings) -> Settings {
         settings.size = self.size.unwrap_or(settings.size);
         settings.shading = self.shading.unwrap_or(settings.shading);
+        settings.overlay = self.overlay.unwrap_or(settings.overlay);
+        settings.sampling = self.sampling.unwrap_or(settings.sampling);
+        settings.displace.lambda = self.lambda.unwrap_or(settings.displace.lambda);
+        settings.displace.bias = self.bias.or(settings.displace.bias);
+        settings.displace.scale = self.scale.or(settings.displace.scale);
+        settings.displace.normals = self.normals.unwrap_or(settings.displace.normals);
         settings.camera.yaw = self.yaw.unwrap_or(settings.camera.yaw);
         settings.camera.pitch = self.pitch.unwrap_or(settings.camera.pitch);
         settings

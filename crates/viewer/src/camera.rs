@@ -70,6 +70,8 @@ pub struct View {
     pub eye_in_world: Vec4,
     /// The model's up axis, in world space.
     pub up_in_world: Vec3,
+    /// The same as `world_from_view` for an eye right in front of the model.
+    pub world_from_front: Mat3,
 }
 
 impl Camera {
@@ -79,7 +81,8 @@ impl Camera {
             UpAxis::Y => (Vec3::Y, Vec3::Z),
             UpAxis::Z => (Vec3::Z, Vec3::NEG_Y),
         };
-        let world_from_view = Mat3::from_cols(up.cross(front), up, front)
+        let world_from_front = Mat3::from_cols(up.cross(front), up, front);
+        let world_from_view = world_from_front
             * Mat3::from_rotation_y(self.yaw.to_radians())
             * Mat3::from_rotation_x(-self.pitch.to_radians());
         let back = world_from_view.z_axis;
@@ -115,6 +118,7 @@ impl Camera {
             world_from_view,
             eye_in_world,
             up_in_world: up,
+            world_from_front,
         }
     }
 }

@@ -18,6 +18,14 @@ pub enum Colormap {
 }
 
 impl Colormap {
+    /// Both.
+    pub(crate) const ALL: [Self; 2] = [Self::Diverging, Self::Sequential];
+
+    /// Its samples for a shader: sRGB, as stored.
+    pub(crate) fn texels(self) -> Vec<[u8; 4]> {
+        self.samples().iter().map(|&Colour([r, g, b])| [r, g, b, u8::MAX]).collect()
+    }
+
     /// Evenly spaced samples.
     fn samples(self) -> &'static [Colour] {
         match self {

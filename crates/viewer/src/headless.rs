@@ -1,13 +1,14 @@
 //! Files in, a picture out.
 
 use crate::args::Args;
-use image::{ImageFormat, ImageReader};
-use planish_geometry::model::Model;
-use planish_geometry::obj::Obj;
-use planish_geometry::weld::Welding;
+use image::{ImageFormat, RgbaImage};
+use planish_geometry::progress::Silent;
+use planish_viewer::gpu::{Backend, Gpu, NoGpu};
+use planish_viewer::open::{self, BadFile, Opened};
+use planish_viewer::renderer::Renderer;
+use planish_viewer::scene::Scene;
 use planish_viewer::settings::{Settings, Shading};
-use planish_viewer::texture::Texture;
-use planish_viewer::{input, software};
+use planish_viewer::software;
 use std::io::{Cursor, Write as _};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -16,14 +17,17 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub(crate) enum Failure {
     /// A file that cannot be read or makes no sense.
-    #[error("{}: {reason}", path.display())]
-    Input { path: PathBuf, reason: String },
+    #[error(transparent)]
+    Input(#[from] BadFile),
     /// Options that do not go together.
     #[error("{0}")]
     Usage(String),
     /// A file that cannot be written.
     #[error("{}: {reason}", path.display())]
     Output { path: PathBuf, reason: String },
+    /// No adapter, and the processor is not asked for.
+    #[error(transparent)]
+    NoGpu(#[from] NoGpu),
     /// No `--headless`.
     #[error("the window is not part of this version; draw into a file with --headless OUT.png")]
     NoWindow,
@@ -33,41 +37,38 @@ impl Failure {
     /// Exit status.
     pub(crate) fn status(&self) -> u8 {
         match self {
-            Self::Output { .. } | Self::NoWindow => 1,
-            Self::Input { .. } | Self::Usage(_) => 2,
+            Self::Output { .. } | Self::NoWindow | Self::NoGpu(_) => 1,
+            Self::Input(_) | Self::Usage(_) => 2,
         }
     }
-}
-
-/// Gives errors about a file that was read its name.
-fn input_failure<E: ToString>(path: &Path) -> impl Fn(E) -> Failure + '_ {
-    move |e| Failure::Input { path: path.to_owned(), reason: e.to_string() }
 }
 
 /// Does what the command line says.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let output = args.headless.as_deref().ok_or(Failure::NoWindow)?;
+    let bad_settings = |path: &Path, e: &dyn ToString| BadFile { path: path.to_owned(), reason: e.to_string() };
     let settings = match &args.settings {
-        Some(path) => Settings::from_json(&read(path)?).map_err(input_failure(path))?,
+        Some(path) => Settings::from_json(&open::read(path)?).map_err(|e| bad_settings(path, &e))?,
         None => Settings::default(),
     };
-    let settings = args.override_settings(settings);
+    let mut settings = args.override_settings(settings);
     settings.check().map_err(|e| Failure::Usage(e.to_string()))?;
     if settings.shading == Shading::Heat && args.scalars.is_none() {
         return Err(Failure::Usage("heat shading needs numbers: --scalars IN.txt".to_owned()));
     }
-
-    let obj = Obj::parse(read(&args.input)?).map_err(input_failure(&args.input))?;
-    let scalars = args.scalars.as_deref().map(read_scalars).transpose()?;
-    // Only the count of numbers can be wrong: the model's own indices are in range.
-    let blamed = args.scalars.as_deref().unwrap_or(&args.input);
-    let mut scene =
-        input::scene(&Model::new(obj, Welding::Exact), scalars.as_deref()).map_err(input_failure(blamed))?;
-    scene.texture = args.texture.as_deref().map(read_texture).transpose()?;
+    let Opened { scene, manifest, .. } = open::open(&args.files()?, &settings, &Silent)?;
+    // What is not said is what the files say.
+    if let Some(manifest) = manifest.filter(|_| args.settings.is_none() && args.lambda.is_none()) {
+        settings.displace.lambda = manifest.displacement.lambda as f32;
+    }
+    if scene.texture.is_some() && args.settings.is_none() && args.shading.is_none() {
+        settings.shading = Shading::Texture;
+    }
 
     let mut png = Cursor::new(Vec::new());
     let failed = |reason: String| Failure::Output { path: output.to_owned(), reason };
-    software::render(&scene, &settings).write_to(&mut png, ImageFormat::Png).map_err(|e| failed(e.to_string()))?;
+    let picture = draw(&scene, &settings, args.backend)?;
+    picture.write_to(&mut png, ImageFormat::Png).map_err(|e| failed(e.to_string()))?;
     write(output, png.get_ref())?;
     if let Some(path) = &args.save_settings {
         write(path, settings.to_json().map_err(|e| failed(e.to_string()))?.as_bytes())?;
@@ -75,20 +76,27 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-fn read(path: &Path) -> Result<Vec<u8>, Failure> {
-    std::fs::read(path).map_err(input_failure(path))
+fn draw(scene: &Scene, settings: &Settings, backend: Backend) -> Result<RgbaImage, Failure> {
+    if backend == Backend::Software {
+        return Ok(software::render(scene, settings));
+    }
+    match Gpu::open(backend) {
+        Ok(gpu) => {
+            let renderer = Renderer::new(gpu);
+            let picture = renderer.image(scene, settings);
+            for complaint in renderer.gpu().complaints() {
+                warn(&complaint);
+            }
+            Ok(picture)
+        }
+        Err(NoGpu::NoAdapter { .. }) if backend == Backend::Auto => Ok(software::render(scene, settings)),
+        Err(e) => Err(e.into()),
+    }
 }
 
-fn read_scalars(path: &Path) -> Result<Vec<f32>, Failure> {
-    let bytes = read(path)?;
-    let number = |token: &str| token.parse().map_err(|_| input_failure(path)(format!("`{token}` is not a number")));
-    String::from_utf8_lossy(&bytes).split_whitespace().map(number).collect()
-}
-
-fn read_texture(path: &Path) -> Result<Texture, Failure> {
-    let reader = ImageReader::new(Cursor::new(read(path)?)).with_guessed_format().map_err(input_failure(path))?;
-    let image = reader.decode().map_err(input_failure(path))?;
-    Texture::new(image.into_rgba8()).ok_or_else(|| input_failure(path)("the image is empty"))
+/// If nobody listens, the picture is there all the same.
+fn warn(text: &str) {
+    let _ = writeln!(std::io::stderr(), "planish-viewer: warning: {text}");
 }
 
 /// Writes beside the file and renames, so that no reader ever sees half a file.

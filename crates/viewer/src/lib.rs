@@ -5,14 +5,14 @@
 //!
 //! ```
 //! use glam::Vec3;
-//! use planish_viewer::scene::{Mesh, Scene, SceneError, Triangle};
+//! use planish_viewer::scene::{Mesh, Scene, SceneError, Side, Triangle};
 //! use planish_viewer::settings::{Settings, Size};
 //! use planish_viewer::software;
 //!
 //! let scene = Scene::new(Mesh {
 //!     positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
 //!     normals: vec![Vec3::Z],
-//!     triangles: vec![Triangle { positions: [0, 1, 2], normals: [0; 3], uvs: None }],
+//!     triangles: vec![Triangle { positions: [0, 1, 2], normals: [0; 3], uvs: None, sides: [Side::Edge; 3] }],
 //!     ..Mesh::default()
 //! })?;
 //! let settings = Settings { size: Size { width: 64, height: 48 }, ..Settings::default() };
@@ -24,8 +24,14 @@ pub mod camera;
 pub mod colormap;
 pub mod colour;
 pub mod environment;
+pub mod gpu;
+mod gpu_types;
 pub mod input;
 pub mod lights;
+pub mod open;
+pub mod relief;
+mod render_mesh;
+pub mod renderer;
 pub mod scene;
 pub mod settings;
 pub mod shaders;

@@ -1,8 +1,22 @@
-//! What is drawn: one triangle mesh, ready for f32.
+//! What is drawn: one triangle mesh, ready for f32, and the map that displaces it.
 
+use crate::relief::Relief;
 use crate::texture::Texture;
 use glam::{Vec2, Vec3};
+use planish_geometry::texture::tangents::Tangent;
 use thiserror::Error;
+
+/// What lies along a side of a triangle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Side {
+    /// An edge of the mesh.
+    #[default]
+    Edge,
+    /// An edge at which the texture is cut.
+    Seam,
+    /// The inside of a polygon.
+    Diagonal,
+}
 
 /// One triangle: for each corner, where to find its values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,6 +27,8 @@ pub struct Triangle {
     pub normals: [u32; 3],
     /// Into [`Mesh::uvs`]; none where the file has no texture coordinates.
     pub uvs: Option<[u32; 3]>,
+    /// From each corner to the next one.
+    pub sides: [Side; 3],
 }
 
 /// Plain arrays. Counter-clockwise triangles face outwards.
@@ -26,6 +42,8 @@ pub struct Mesh {
     pub uvs: Vec<Vec2>,
     /// The faces.
     pub triangles: Vec<Triangle>,
+    /// MikkTSpace frames at the corners of the triangles, for bump and normal maps; empty where there are none.
+    pub tangents: Vec<[Tangent; 3]>,
     /// A number for each position, for heat maps.
     pub scalars: Option<Vec<f32>>,
 }
@@ -46,6 +64,10 @@ pub struct Scene {
     bounds: Sphere,
     /// Base colour, for triangles that have texture coordinates.
     pub texture: Option<Texture>,
+    /// Tangent-space normals (green along v, up), for triangles that have texture coordinates.
+    pub normal_map: Option<Texture>,
+    /// What moves the vertices.
+    pub relief: Option<Relief>,
 }
 
 /// Why arrays are not a mesh.
@@ -56,6 +78,14 @@ pub enum SceneError {
     CornerOutOfRange {
         /// Zero-based.
         triangle: usize,
+    },
+    /// There must be one frame per triangle, if any.
+    #[error("{found} tangent frames for {expected} triangles")]
+    TangentCount {
+        /// Frames.
+        found: usize,
+        /// Triangles.
+        expected: usize,
     },
     /// There must be one number per position.
     #[error("{found} numbers for {expected} vertices")]
@@ -79,12 +109,16 @@ impl Scene {
         if let Some(triangle) = mesh.triangles.iter().position(|t| !valid(t)) {
             return Err(SceneError::CornerOutOfRange { triangle });
         }
+        let (found, expected) = (mesh.tangents.len(), mesh.triangles.len());
+        if found > 0 && found != expected {
+            return Err(SceneError::TangentCount { found, expected });
+        }
         let expected = mesh.positions.len();
         match &mesh.scalars {
             Some(scalars) if scalars.len() != expected => {
                 Err(SceneError::ScalarCount { found: scalars.len(), expected })
             }
-            _ => Ok(Self { bounds: bounds(&mesh), mesh, texture: None }),
+            _ => Ok(Self { bounds: bounds(&mesh), mesh, texture: None, normal_map: None, relief: None }),
         }
     }
 
@@ -117,7 +151,7 @@ mod tests {
         Mesh {
             positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::splat(1e6)],
             normals: vec![Vec3::Z],
-            triangles: vec![Triangle { positions: [0, 1, 2], normals: [0; 3], uvs: None }],
+            triangles: vec![Triangle { positions: [0, 1, 2], normals: [0; 3], uvs: None, sides: <_>::default() }],
             ..Mesh::default()
         }
     }

@@ -4,11 +4,28 @@
 use crate::camera::{Camera, Projection};
 use crate::colormap::Colormap;
 use crate::colour::Colour;
-use crate::lights::{Ambient, Light, MAX_LIGHTS};
+use crate::lights::{Ambient, Light, LightKind, MAX_LIGHTS};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 use thiserror::Error;
+
+/// A closed set of choices, each with a number for the shaders.
+macro_rules! named {
+    ($(#[$meta:meta])* pub enum $name:ident { $($(#[$attribute:meta])* $variant:ident,)+ }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+        #[serde(rename_all = "kebab-case")]
+        pub enum $name {
+            $($(#[$attribute])* $variant,)+
+        }
+
+        impl $name {
+            /// All there are; the place of each in the list is its number in the shaders.
+            pub const ALL: &'static [Self] = &[$(Self::$variant,)+];
+        }
+    };
+}
 
 /// All that a picture depends on, beside the scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -16,12 +33,18 @@ use thiserror::Error;
 pub struct Settings {
     /// Of the picture.
     pub size: Size,
-    /// Samples per pixel in each direction, averaged in linear light.
+    /// Samples per pixel in each direction, averaged in linear light; on a GPU on top of its own four.
     pub supersampling: u32,
     /// Where the picture is taken from.
     pub camera: Camera,
+    /// How far the map moves the vertices.
+    pub displace: Displace,
     /// What the surface shows.
     pub shading: Shading,
+    /// What is drawn on top of it.
+    pub overlay: Overlay,
+    /// How textures are read between their texels.
+    pub sampling: Sampling,
     /// What the surface is made of.
     pub material: Material,
     /// At most [`MAX_LIGHTS`].
@@ -32,7 +55,7 @@ pub struct Settings {
     pub background: Background,
     /// For [`Shading::Checker`].
     pub checker: Checker,
-    /// For [`Shading::Heat`].
+    /// For [`Shading::Height`] and [`Shading::Heat`].
     pub heat: Heat,
 }
 
@@ -42,7 +65,10 @@ impl Default for Settings {
             size: Size::default(),
             supersampling: 3,
             camera: Camera::default(),
+            displace: Displace::default(),
             shading: Shading::default(),
+            overlay: Overlay::default(),
+            sampling: Sampling::default(),
             material: Material::default(),
             lights: Light::key_and_fill(),
             ambient: Ambient::default(),
@@ -79,21 +105,96 @@ impl FromStr for Size {
     }
 }
 
+/// How far the map of the scene moves the vertices: p' = p − λ · (bias + scale · texel) · n.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Displace {
+    /// Strength: 0 leaves the mesh as it is, at 1 it is denoised.
+    pub lambda: f32,
+    /// Height at texel 0 in model units, instead of the map's own.
+    pub bias: Option<f32>,
+    /// Height from texel 0 to texel 1 in model units, instead of the map's own.
+    pub scale: Option<f32>,
+    /// Which normals light the displaced surface.
+    pub normals: Normals,
+}
+
+impl Default for Displace {
+    fn default() -> Self {
+        Self { lambda: 1.0, bias: None, scale: None, normals: Normals::default() }
+    }
+}
+
+named! {
+/// Which normals light a displaced surface. A scene without a map is lit with those of its file.
+pub enum Normals {
+    /// Those of the displaced positions.
+    #[default]
+    Derived,
+    /// Those of the mesh before it was displaced.
+    Base,
+    /// The baked normal map, as much of it as λ says.
+    Map,
+}
+}
+
+named! {
 /// What the surface shows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
 pub enum Shading {
     /// Lit with the normal of each triangle: shows the noise as it is.
     Flat,
-    /// Lit with vertex normals.
+    /// Lit at the vertices, and colours blended in between (Gouraud 1971).
+    Gouraud,
+    /// Lit at each pixel with blended vertex normals (Blinn-Phong).
     #[default]
-    Smooth,
-    /// Vertex normals as colours: n in model space is (2·rgb − 1) of the stored values.
+    Phong,
+    /// The same with the texture of the material.
+    Texture,
+    /// The same with normals tilted by the slope of the height map (Blinn 1978); without a map like Phong.
+    Bump,
+    /// The same with the normals of the normal map; without one like Phong.
+    NormalMap,
+    /// Matte clay under a studio's light, whatever the lights: for judging noise.
+    Clay,
+    /// Normals as colours: n in model space is (2·rgb − 1) of the stored values.
     Normals,
     /// A chequered texture: shows how the texture coordinates stretch.
     Checker,
-    /// A number per vertex through a colour map.
+    /// The heights of the map, or the lengths of its vectors.
+    Height,
+    /// A number per vertex through a colour map: how far off each is, say.
     Heat,
+}
+}
+
+named! {
+/// What is drawn on top of the surface.
+pub enum Overlay {
+    /// Nothing.
+    #[default]
+    None,
+    /// The edges of the mesh.
+    Wireframe,
+    /// The edges at which the texture is cut.
+    Seams,
+}
+}
+
+named! {
+/// How textures are read between their texels.
+pub enum Sampling {
+    /// The nearest texel.
+    Nearest,
+    /// Between the four nearest texels.
+    Bilinear,
+    /// A cubic B-spline over sixteen texels, which is smooth and blurs a little.
+    Bicubic,
+    /// Between the eight nearest texels of two levels of detail.
+    #[default]
+    Trilinear,
+    /// The same, up to sixteen times along the direction in which the texture is squeezed.
+    Anisotropic,
+}
 }
 
 /// What the surface is made of (Blinn-Phong).
@@ -215,7 +316,16 @@ impl Settings {
         };
         let Material { specular, exponent, .. } = self.material;
         let amount = |x: f32| (0.0..=1e3).contains(&x);
-        let light = |l: &Light| l.azimuth.is_finite() && l.elevation.is_finite() && amount(l.intensity);
+        let light = |l: &Light| {
+            let near = |distance: f32| (0.01..=1e3).contains(&distance);
+            let kind = match l.kind {
+                LightKind::Directional => true,
+                LightKind::Point { distance } => near(distance),
+                LightKind::Spot { distance, angle } => near(distance) && (1.0..=170.0).contains(&angle),
+            };
+            l.azimuth.is_finite() && l.elevation.is_finite() && amount(l.intensity) && kind
+        };
+        let given = |x: Option<f32>| x.is_none_or(f32::is_finite);
         let ordered = |r: Range| r.low < r.high && (r.high - r.low).is_finite();
         let pixels = 1..=16_384;
         let rules = [
@@ -225,10 +335,16 @@ impl Settings {
             (yaw.is_finite() && pitch.is_finite(), "camera.yaw and camera.pitch", "finite"),
             ((0.01..=1e3).contains(&distance), "camera.distance", "0.01..1000"),
             ((1.0..=150.0).contains(&field_of_view), "field_of_view", "1..150 degrees"),
+            (self.displace.lambda.abs() <= 1e6, "displace.lambda", "a strength"),
+            (given(self.displace.bias) && given(self.displace.scale), "displace.bias and displace.scale", "finite"),
             (amount(specular), "material.specular", "0..1000"),
             ((1.0..=1e4).contains(&exponent), "material.exponent", "1..10000"),
             (self.lights.len() <= MAX_LIGHTS, "lights", "at most four"),
-            (self.lights.iter().all(light), "each light", "finite, its intensity 0..1000"),
+            (
+                self.lights.iter().all(light),
+                "each light",
+                "finite, its intensity 0..1000, its distance 0.01..1000, its angle 1..170",
+            ),
             (amount(self.ambient.intensity), "ambient.intensity", "0..1000"),
             ((0.0..=1e5).contains(&self.checker.squares), "checker.squares", "0..100000"),
             (self.heat.range.is_none_or(ordered), "heat.range", "finite and ascending"),

@@ -1,15 +1,21 @@
-//! From a place on the surface to its colour, in linear light and world space.
+//! From a place on the surface to its colour, in linear light and world space. Twin of `shaders/light.wgsl` and
+//! `shaders/mesh.wgsl`.
 //!
 //! James F. Blinn. Models of light reflection for computer synthesized pictures. SIGGRAPH 1977.
 
 use crate::camera::View;
 use crate::colormap::Colormap;
 use crate::colour::linear_from_srgb;
-use crate::lights::Light;
-use crate::scene::Scene;
-use crate::settings::{Range, Settings, Shading};
-use crate::texture::Texture;
-use glam::{Vec2, Vec3, Vec4};
+use crate::lights::{Lamp, Light};
+use crate::relief::Relief;
+use crate::scene::{Scene, Side};
+use crate::settings::{Normals, Overlay, Range, Sampling, Settings, Shading};
+use glam::{Mat3, Vec2, Vec3, Vec4};
+use planish_geometry::displacement::{Place, Weights};
+use planish_geometry::texture::tangents::Tangent;
+
+/// Width of the lines of an overlay, pixels.
+pub(crate) const LINE_WIDTH: f32 = 1.2;
 
 /// What the rasteriser knows about the surface at one sample.
 #[derive(Clone, Copy, Debug)]
@@ -17,76 +23,147 @@ pub(crate) struct Fragment {
     pub(crate) position: Vec3,
     /// Unit, of the triangle, outwards.
     pub(crate) face_normal: Vec3,
-    /// Unit, interpolated, outwards.
+    /// Interpolated, outwards, not normalised.
     pub(crate) normal: Vec3,
+    /// Interpolated.
+    pub(crate) tangent: Tangent,
     pub(crate) uv: Option<Vec2>,
+    /// Change of uv from this sample to its neighbours.
+    pub(crate) uv_steps: [Vec2; 2],
+    /// ∂p/∂u and ∂p/∂v.
+    pub(crate) along_uv: [Vec3; 2],
+    /// A number of the scene.
     pub(crate) scalar: Option<f32>,
+    /// What the map says, model units.
+    pub(crate) height: f32,
+    /// Linear RGB blended between the corners, for Gouraud shading.
+    pub(crate) lit: Vec3,
+    /// Distances to the sides opposite the corners, samples.
+    pub(crate) distances: Vec3,
+    pub(crate) sides: [Side; 3],
 }
 
 /// Everything that is the same for the whole picture.
-#[derive(Debug)]
 pub(crate) struct Shader<'a> {
+    scene: &'a Scene,
     settings: &'a Settings,
-    texture: Option<&'a Texture>,
     eye: Vec4,
     up: Vec3,
-    /// Direction to the light and its radiance.
-    lights: Vec<(Vec3, Vec3)>,
+    view_from_world: Mat3,
+    lamps: Vec<Lamp>,
     heat: Option<(Colormap, Range)>,
+    /// Where the slope of heights can be seen.
+    bumps: Option<(&'a Relief, f32)>,
 }
 
 impl<'a> Shader<'a> {
     pub(crate) fn new(scene: &'a Scene, settings: &'a Settings, view: &View) -> Self {
-        let light = |l: &Light| (l.direction_in_world(view), l.radiance());
+        let lamp = |l: &Light| l.lamp(view, scene.bounds());
+        let bumps = scene.relief.as_ref().filter(|relief| relief.in_uv());
         Self {
+            scene,
             settings,
-            texture: scene.texture.as_ref(),
             eye: view.eye_in_world,
             up: view.up_in_world,
-            lights: settings.lights.iter().map(light).collect(),
+            view_from_world: view.world_from_view.transpose(),
+            lamps: settings.lights.iter().map(lamp).collect(),
             heat: heat_range(scene, settings).map(|range| (settings.heat.map, range)),
+            bumps: bumps.map(|relief| (relief, relief.lift(&settings.displace))),
         }
     }
 
     /// Linear RGB towards the eye; may exceed 1. A triangle seen from behind is lit as if it were turned round.
     pub(crate) fn shade(&self, fragment: &Fragment) -> Vec3 {
-        let to_eye = (self.eye.truncate() - self.eye.w * fragment.position).normalize_or_zero();
+        let to_eye = self.to_eye(fragment.position);
         let side = if fragment.face_normal.dot(to_eye) < 0.0 { -1.0 } else { 1.0 };
-        let (face_normal, normal) = (side * fragment.face_normal, side * fragment.normal);
-        let heat = &self.settings.heat;
-        match self.settings.shading {
-            Shading::Flat => self.lit(self.base(fragment), face_normal, to_eye),
-            Shading::Smooth => self.lit(self.base(fragment), normal, to_eye),
-            Shading::Normals => (0.5 * fragment.normal + 0.5).map(linear_from_srgb),
-            Shading::Checker => self.lit(self.checker(fragment), normal, to_eye),
-            Shading::Heat => self.heat(fragment) * Vec3::ONE.lerp(self.irradiance(normal), heat.relief),
+        let outwards = self.normal(fragment);
+        let normal = side * outwards;
+        let position = fragment.position;
+        let plain = self.settings.material.colour.linear();
+        let colour = match self.settings.shading {
+            Shading::Flat | Shading::Phong | Shading::Bump | Shading::NormalMap => self.lit(plain, position, normal),
+            Shading::Gouraud => fragment.lit,
+            Shading::Texture => self.lit(self.textured(fragment), position, normal),
+            Shading::Clay => self.clay(plain, normal),
+            Shading::Normals => (0.5 * outwards + 0.5).map(linear_from_srgb),
+            Shading::Checker => self.lit(self.checker(fragment), position, normal),
+            Shading::Height | Shading::Heat => {
+                let relief = self.settings.heat.relief;
+                self.heat(fragment) * Vec3::ONE.lerp(self.irradiance(position, normal), relief)
+            }
+        };
+        match self.settings.overlay {
+            Overlay::None => colour,
+            Overlay::Wireframe => colour.lerp(Vec3::new(0.02, 0.02, 0.025), self.line_cover(fragment)),
+            Overlay::Seams => colour.lerp(Vec3::new(0.9, 0.2, 0.02), self.line_cover(fragment)),
+        }
+    }
+
+    pub(crate) fn to_eye(&self, position: Vec3) -> Vec3 {
+        (self.eye.truncate() - self.eye.w * position).normalize_or_zero()
+    }
+
+    /// Unit, outwards.
+    fn normal(&self, fragment: &Fragment) -> Vec3 {
+        let shading = self.settings.shading;
+        if shading == Shading::Flat {
+            return fragment.face_normal;
+        }
+        let strength = normal_map_strength(self.scene, self.settings);
+        if let (Some(map), Some(strength), Some(uv)) = (&self.scene.normal_map, strength, fragment.uv) {
+            let texel = 2.0 * map.at(uv, fragment.uv_steps, Sampling::Bilinear) - 1.0;
+            let n = Vec3::Z.lerp(texel, strength);
+            let [tangent, bitangent, normal] = fragment.tangent.frame(fragment.normal);
+            return (n.x * tangent + n.y * bitangent + n.z * normal).normalize_or_zero();
+        }
+        let normal = fragment.normal.try_normalize().unwrap_or(fragment.face_normal);
+        match (self.bumps, fragment.uv) {
+            (Some((relief, lift)), Some(uv)) if shading == Shading::Bump => {
+                bumped(relief, lift, uv, fragment.along_uv, normal)
+            }
+            _ => normal,
         }
     }
 
     /// Blinn-Phong: what is scattered evenly, plus highlights.
-    fn lit(&self, base: Vec3, normal: Vec3, to_eye: Vec3) -> Vec3 {
+    pub(crate) fn lit(&self, base: Vec3, position: Vec3, normal: Vec3) -> Vec3 {
         let material = &self.settings.material;
-        let highlight = |&(to_light, radiance): &(Vec3, Vec3)| {
+        let to_eye = self.to_eye(position);
+        let highlight = |lamp: &Lamp| {
+            let (to_light, radiance) = lamp.incoming(position);
             let half = (to_light + to_eye).normalize_or_zero();
             let facing = if normal.dot(to_light) > 0.0 { 1.0 } else { 0.0 };
             facing * normal.dot(half).max(0.0).powf(material.exponent) * radiance
         };
-        let specular: Vec3 = self.lights.iter().map(highlight).sum();
-        base * self.irradiance(normal) + material.specular * specular
+        let specular: Vec3 = self.lamps.iter().map(highlight).sum();
+        base * self.irradiance(position, normal) + material.specular * specular
     }
 
     /// Light that arrives, in units of what makes a white surface white.
-    fn irradiance(&self, normal: Vec3) -> Vec3 {
+    fn irradiance(&self, position: Vec3, normal: Vec3) -> Vec3 {
         let ambient = &self.settings.ambient;
         let above = 0.5 + 0.5 * normal.dot(self.up);
         let hemisphere = ambient.ground.linear().lerp(ambient.sky.linear(), above);
-        let lambert = |&(to_light, radiance): &(Vec3, Vec3)| normal.dot(to_light).max(0.0) * radiance;
-        ambient.intensity * hemisphere + self.lights.iter().map(lambert).sum::<Vec3>()
+        let lambert = |lamp: &Lamp| {
+            let (to_light, radiance) = lamp.incoming(position);
+            normal.dot(to_light).max(0.0) * radiance
+        };
+        ambient.intensity * hemisphere + self.lamps.iter().map(lambert).sum::<Vec3>()
     }
 
-    fn base(&self, fragment: &Fragment) -> Vec3 {
-        match (self.texture, fragment.uv) {
-            (Some(texture), Some(uv)) => texture.at(uv),
+    /// Clay in a studio: depends on the normal as the eye sees it alone.
+    fn clay(&self, base: Vec3, normal: Vec3) -> Vec3 {
+        let n = self.view_from_world * normal;
+        let key = n.dot(Vec3::new(-0.5, 0.6, 0.62).normalize()).max(0.0);
+        let fill = n.dot(Vec3::new(0.8, 0.1, 0.6).normalize()).max(0.0);
+        let top = 0.5 + 0.5 * n.y;
+        let rim = (1.0 - n.z.clamp(0.0, 1.0)).powi(3);
+        base * (0.05 + 0.75 * key + 0.16 * fill + 0.12 * top) + 0.06 * rim
+    }
+
+    fn textured(&self, fragment: &Fragment) -> Vec3 {
+        match (&self.scene.texture, fragment.uv) {
+            (Some(texture), Some(uv)) => texture.at(uv, fragment.uv_steps, self.settings.sampling),
             _ => self.settings.material.colour.linear(),
         }
     }
@@ -102,20 +179,66 @@ impl<'a> Shader<'a> {
 
     /// What has no number keeps the material's colour.
     fn heat(&self, fragment: &Fragment) -> Vec3 {
-        match (self.heat, fragment.scalar) {
+        let number = if self.settings.shading == Shading::Height { Some(fragment.height) } else { fragment.scalar };
+        match (self.heat, number) {
             (Some((map, Range { low, high })), Some(x)) if x.is_finite() => map.at((x - low) / (high - low)),
             _ => self.settings.material.colour.linear(),
         }
     }
+
+    /// Share of a sample that a line along the sides of one kind covers.
+    fn line_cover(&self, fragment: &Fragment) -> f32 {
+        let drawn = |side: Side| match self.settings.overlay {
+            Overlay::None => false,
+            Overlay::Wireframe => side != Side::Diagonal,
+            Overlay::Seams => side == Side::Seam,
+        };
+        // The side from corner k lies opposite the corner before it.
+        let cover = |k: usize| {
+            let width = LINE_WIDTH * self.settings.supersampling.max(1) as f32;
+            (0.5 * width + 0.5 - fragment.distances[(k + 2) % 3]).clamp(0.0, 1.0)
+        };
+        (0..3).filter(|&k| drawn(fragment.sides[k])).map(cover).fold(0.0, f32::max)
+    }
 }
 
-/// Which numbers the ends of the colour map stand for; none if the scene has no numbers.
+/// Normal under a height d over the surface: ∂p'/∂u × ∂p'/∂v with ∂p'/∂u = ∂p/∂u + ∂d/∂u n (Pharr, Jakob, Humphreys,
+/// Physically Based Rendering, 3rd edition, section 9.3; the change of n itself is left out). `lift` is d at texel 1,
+/// model units.
+fn bumped(relief: &Relief, lift: f32, uv: Vec2, [dp_du, dp_dv]: [Vec3; 2], normal: Vec3) -> Vec3 {
+    let size = relief.map.size();
+    let texel = 1.0 / Vec2::new(size.width as f32, size.height as f32);
+    let at = |uv: Vec2| relief.map.texel_at(0, Place::Uv(uv), Weights::Exact);
+    let (across, up) = (Vec2::new(texel.x, 0.0), Vec2::new(0.0, texel.y));
+    let slope = lift * 0.5 * Vec2::new(at(uv + across) - at(uv - across), at(uv + up) - at(uv - up)) / texel;
+    let det = normal.dot(dp_du.cross(dp_dv));
+    let n = det * normal + slope.x * normal.cross(dp_dv) + slope.y * dp_du.cross(normal);
+    if det == 0.0 { normal } else { n.normalize_or_zero() * det.signum() }
+}
+
+/// How much of the normal map shows; none where there is none or other normals are asked for.
+pub(crate) fn normal_map_strength(scene: &Scene, settings: &Settings) -> Option<f32> {
+    scene.normal_map.as_ref()?;
+    match settings.displace.normals {
+        _ if settings.shading == Shading::NormalMap => Some(1.0),
+        Normals::Map => Some(settings.displace.lambda.clamp(0.0, 1.0)),
+        Normals::Derived | Normals::Base => None,
+    }
+}
+
+/// Which numbers the ends of the colour map stand for; none if there are no numbers to show.
 pub(crate) fn heat_range(scene: &Scene, settings: &Settings) -> Option<Range> {
-    let scalars = scene.mesh().scalars.as_ref()?;
+    let heights;
+    let numbers = if settings.shading == Shading::Height {
+        heights = scene.relief.as_ref()?.heights(&settings.displace);
+        &heights
+    } else {
+        scene.mesh().scalars.as_ref()?
+    };
     if settings.heat.range.is_some() {
         return settings.heat.range;
     }
-    let finite = || scalars.iter().copied().filter(|x| x.is_finite());
+    let finite = || numbers.iter().copied().filter(|x| x.is_finite());
     let low = finite().reduce(f32::min)?;
     let high = finite().reduce(f32::max)?;
     let range = match settings.heat.map {

@@ -11,12 +11,14 @@ mod raster;
 use crate::camera::View;
 use crate::colour::{linear_from_srgb, pixel_from_linear};
 use crate::scene::{Mesh, Scene, Triangle};
-use crate::settings::{Settings, Shading};
-use crate::shading::{Fragment, Shader, heat_range};
+use crate::settings::{Normals, Settings, Shading};
+use crate::shading::{Fragment, Shader, heat_range, normal_map_strength};
 use glam::{DVec2, Vec2, Vec3, Vec4, Vec4Swizzles};
 use image::RgbaImage;
+use planish_geometry::texture::tangents::Tangent;
 use raster::{Grid, ScreenTriangle};
 use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// Rows of pixels that one task draws: enough to share out evenly, not so few that triangles are met often.
 const BAND_ROWS: usize = 16;
@@ -33,10 +35,17 @@ pub fn render(scene: &Scene, settings: &Settings) -> RgbaImage {
     image.par_chunks_mut(band_bytes).zip(&bands).enumerate().for_each(|(band, (pixels, triangles))| {
         picture.draw(band * BAND_ROWS, triangles, pixels);
     });
-    if let (Shading::Heat, Some(range)) = (settings.shading, heat_range(scene, settings)) {
-        legend::draw(&mut image, settings.heat.map, range);
-    }
+    add_legend(&mut image, scene, settings);
     image
+}
+
+/// The colour bar of a heat map.
+pub(crate) fn add_legend(image: &mut RgbaImage, scene: &Scene, settings: &Settings) {
+    if matches!(settings.shading, Shading::Height | Shading::Heat)
+        && let Some(range) = heat_range(scene, settings)
+    {
+        legend::draw(image, settings.heat.map, range);
+    }
 }
 
 /// What lies nearest at a sample.
@@ -52,6 +61,12 @@ struct Picture<'a> {
     settings: &'a Settings,
     shader: Shader<'a>,
     grid: Grid,
+    /// After displacement. #V
+    positions: Cow<'a, [Vec3]>,
+    /// Instead of those of the mesh. #V
+    vertex_normals: Option<Vec<Vec3>>,
+    /// What the map says. #V, or nothing.
+    heights: Vec<f32>,
     /// #V
     clip_positions: Vec<Vec4>,
     triangles: Vec<ScreenTriangle>,
@@ -64,8 +79,18 @@ impl<'a> Picture<'a> {
         let samples = |pixels: u32| pixels as usize * settings.supersampling.max(1) as usize;
         let grid = Grid { width: samples(settings.size.width), height: samples(settings.size.height) };
         let mesh = scene.mesh();
-        let clip_positions: Vec<Vec4> =
-            mesh.positions.par_iter().map(|p| view.clip_from_world * p.extend(1.0)).collect();
+        let displace = &settings.displace;
+        // With bumps the slope of the heights is seen, and so the vertices stay.
+        let moves = scene.relief.as_ref().filter(|_| settings.shading != Shading::Bump);
+        let positions = moves.map_or(Cow::Borrowed(&mesh.positions[..]), |relief| relief.displaced(displace).into());
+        let vertex_normals = match &scene.relief {
+            Some(relief) if normal_map_strength(scene, settings).is_some() => {
+                Some(relief.vertices.iter().map(|v| v.normal).collect())
+            }
+            _ => moves.filter(|_| displace.normals == Normals::Derived).map(|relief| relief.normals(&positions)),
+        };
+        let heights = scene.relief.as_ref().map_or_else(Vec::new, |relief| relief.heights(displace));
+        let clip_positions: Vec<Vec4> = positions.par_iter().map(|p| view.clip_from_world * p.extend(1.0)).collect();
         let triangles = mesh
             .triangles
             .par_iter()
@@ -76,7 +101,7 @@ impl<'a> Picture<'a> {
             })
             .collect();
         let shader = Shader::new(scene, settings, &view);
-        Self { mesh, settings, shader, grid, clip_positions, triangles }
+        Self { mesh, settings, shader, grid, positions, vertex_normals, heights, clip_positions, triangles }
     }
 
     /// Samples along a side of a pixel.
@@ -140,28 +165,69 @@ impl<'a> Picture<'a> {
             // Encoded values, because a gradient should be even to the eye.
             return background.top.encoded().lerp(background.bottom.encoded(), down).map(linear_from_srgb);
         };
-        self.shader.shade(&self.fragment(triangle, self.grid.ndc_from_sample(x, y)))
+        self.shader.shade(&self.fragment(nearest.triangle, triangle, x, y))
     }
 
-    fn fragment(&self, triangle: &Triangle, ndc: DVec2) -> Fragment {
-        let weights = barycentric(triangle.positions.map(|v| self.clip_positions[v as usize]), ndc);
-        let corners = triangle.positions.map(|v| self.mesh.positions[v as usize]);
-        let normals = triangle.normals.map(|n| self.mesh.normals[n as usize]);
+    fn fragment(&self, index: u32, triangle: &Triangle, x: usize, y: usize) -> Fragment {
+        let clip_corners = triangle.positions.map(|v| self.clip_positions[v as usize]);
+        let weights_at = |x, y| plane_weights(clip_corners, self.grid.ndc_from_sample(x, y));
+        let here = weights_at(x, y);
+        let steps = [weights_at(x + 1, y) - here, weights_at(x, y + 1) - here];
+        let weights = inside(here);
+        let corners = triangle.positions.map(|v| self.positions[v as usize]);
+        let normals = [0, 1, 2].map(|k| self.corner_normal(triangle, k));
+        let uvs = triangle.uvs.map(|uvs| uvs.map(|uv| self.mesh.uvs[uv as usize]));
         // In f32 the squared area of a small triangle underflows.
         let [a, b, c] = corners.map(Vec3::as_dvec3);
         let face_normal = (b - a).cross(c - a).normalize_or_zero().as_vec3();
+        let numbers = |numbers: &[f32]| blend(triangle.positions.map(|v| numbers[v as usize]), weights);
+        let frames = self.mesh.tangents.get(index as usize);
         Fragment {
             position: blend(corners, weights),
             face_normal,
-            normal: blend(normals, weights).try_normalize().unwrap_or(face_normal),
-            uv: triangle.uvs.map(|uvs| blend::<Vec2>(uvs.map(|uv| self.mesh.uvs[uv as usize]), weights)),
-            scalar: self
-                .mesh
-                .scalars
-                .as_ref()
-                .map(|scalars| blend(triangle.positions.map(|v| scalars[v as usize]), weights)),
+            normal: blend(normals, weights),
+            tangent: frames.map_or(Tangent::default(), |frames| Tangent {
+                tangent: blend(frames.map(|f| f.tangent), weights),
+                sign: blend(frames.map(|f| f.sign), weights),
+            }),
+            uv: uvs.map(|uvs| blend(uvs, weights)),
+            uv_steps: uvs.map_or([Vec2::ZERO; 2], |uvs| steps.map(|step| blend(uvs, step))),
+            along_uv: uvs.map_or([Vec3::ZERO; 2], |uvs| along_uv(corners, uvs)),
+            scalar: self.mesh.scalars.as_deref().map(numbers),
+            height: if self.heights.is_empty() { 0.0 } else { numbers(&self.heights) },
+            lit: self.gouraud(corners, normals, face_normal, weights),
+            distances: weights / (steps[0].abs() + steps[1].abs()),
+            sides: triangle.sides,
         }
     }
+
+    /// That of the displaced surface, or what a normal map is relative to, where those are asked for.
+    fn corner_normal(&self, triangle: &Triangle, k: usize) -> Vec3 {
+        let special = self.vertex_normals.as_ref().map(|normals| normals[triangle.positions[k] as usize]);
+        special.filter(|n| *n != Vec3::ZERO).unwrap_or_else(|| self.mesh.normals[triangle.normals[k] as usize])
+    }
+
+    /// Linear RGB of the corners, blended; nothing with other ways of shading.
+    fn gouraud(&self, corners: [Vec3; 3], normals: [Vec3; 3], face_normal: Vec3, weights: Vec3) -> Vec3 {
+        if self.settings.shading != Shading::Gouraud {
+            return Vec3::ZERO;
+        }
+        let base = self.settings.material.colour.linear();
+        let lit = |k: usize| {
+            let side = if face_normal.dot(self.shader.to_eye(corners[k])) < 0.0 { -1.0 } else { 1.0 };
+            self.shader.lit(base, corners[k], side * normals[k])
+        };
+        blend([0, 1, 2].map(lit), weights)
+    }
+}
+
+/// ∂p/∂u and ∂p/∂v over a triangle, by Cramer's rule; zero where the texture has no area.
+fn along_uv([a, b, c]: [Vec3; 3], uvs: [Vec2; 3]) -> [Vec3; 2] {
+    let (b, c) = (b - a, c - a);
+    let (s, t) = (uvs[1] - uvs[0], uvs[2] - uvs[0]);
+    let area = s.perp_dot(t);
+    let unit = if area == 0.0 { 0.0 } else { 1.0 / area };
+    [(t.y * b - s.y * c) * unit, (s.x * c - t.x * b) * unit]
 }
 
 /// Σ wᵢ xᵢ
@@ -172,17 +238,21 @@ where
     a * weights.x + b * weights.y + c * weights.z
 }
 
-/// Weights of the corners at the surface point that is seen at `ndc` (perspective-correct).
+/// Weights of the corners at the point of a triangle's plane that is seen at `ndc` (perspective-correct).
 ///
 /// Marc Olano, Trey Greer. Triangle scan conversion using 2D homogeneous coordinates. 1997. With the
 /// sample moved to the origin, Σ wᵢ (xᵢ, yᵢ) = 0 in clip space: each weight is a cross product of the other
 /// two corners, and no corner needs to be in front of the eye.
-fn barycentric(clip_corners: [Vec4; 3], ndc: DVec2) -> Vec3 {
+fn plane_weights(clip_corners: [Vec4; 3], ndc: DVec2) -> Vec3 {
     let [a, b, c] = clip_corners.map(|p| p.xy().as_dvec2() - f64::from(p.w) * ndc);
     let weights = [b.perp_dot(c), c.perp_dot(a), a.perp_dot(b)];
     let sum: f64 = weights.iter().sum();
-    // Corners are rounded to the raster's grid, so a sample may lie outside by a hair.
-    let weights = Vec3::from(weights.map(|w| (w / sum).max(0.0) as f32));
+    Vec3::from(weights.map(|w| (w / sum) as f32))
+}
+
+/// The same for a sample of the triangle: corners are rounded to the raster's grid, so it may lie outside by a hair.
+fn inside(weights: Vec3) -> Vec3 {
+    let weights = weights.max(Vec3::ZERO);
     let sum = weights.element_sum();
     if sum.is_finite() && sum > 0.0 { weights / sum } else { Vec3::splat(1.0 / 3.0) }
 }

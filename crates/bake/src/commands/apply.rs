@@ -6,16 +6,10 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::input;
 use crate::output::Output;
-use glam::Vec3;
-use planish_geometry::apply::{self, Places, ShaderVertex};
-use planish_geometry::bundle;
-use planish_geometry::displacement::{Displacement, MapKind};
-use planish_geometry::manifest::{self, Manifest, UvSource};
-use planish_geometry::model::Model;
-use planish_geometry::obj::Obj;
+use planish_geometry::apply::{self, MeshError};
+use planish_geometry::displacement::Displacement;
+use planish_geometry::manifest::Manifest;
 use planish_geometry::progress::Progress as _;
-use planish_geometry::texture::tangents;
-use planish_geometry::weld::Welding;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -42,7 +36,7 @@ pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
     let obj = input::obj(&mesh)?;
     console.check()?;
     console.stage("displacing");
-    let vertices = shader_vertices(&obj, &manifest, &mesh, &args.manifest)?;
+    let vertices = apply::baked_vertices(&obj, &manifest).map_err(|e| explain(e, &manifest, &mesh, &args.manifest))?;
     let lambda = args.lambda.unwrap_or(entry.lambda);
     let places = apply::displaced(&vertices, &map, lambda as f32, entry.origin);
     let moved = obj.positions().iter().zip(&places).map(|(p, q)| p.distance(*q));
@@ -68,60 +62,31 @@ pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The vertices of the carrier as it is, or of the source with the normals that the bake used.
-fn shader_vertices(obj: &Obj, manifest: &Manifest, mesh: &Path, named_in: &Path) -> Result<Vec<ShaderVertex>, Failure> {
-    let digest = manifest::sha256(obj.bytes());
-    let dominant = manifest.dominant_pairs();
-    let named = |&[v, vt]: &[u32; 2]| (v as usize) < obj.positions().len() && (vt as usize) < obj.uvs().len();
-    let is_carrier = digest == manifest.carrier.sha256;
-    if !is_carrier && digest != manifest.source.sha256 {
-        let reason = format!(
-            "is not the mesh that {} belongs to: neither {} nor its carrier {}, byte for byte",
-            named_in.display(),
-            manifest.source.file,
-            manifest.carrier.obj
-        );
-        return Err(Failure::at(mesh, reason));
-    }
-    if !is_carrier && manifest.displacement.uvs == UvSource::Unwrapped {
-        let carrier = named_in.with_file_name(&manifest.carrier.obj);
-        let reason = format!(
-            "lacks the texture coordinates of the map, which the bake made; use the carrier {}",
-            carrier.display()
-        );
-        return Err(Failure::at(mesh, reason));
-    }
-    if let Some([v, vt]) = dominant.iter().find(|pair| !named(pair)) {
-        let reason =
-            format!("field `dominant_uv.seam_vertices`: the mesh has no vertex {} or no `vt` {}", v + 1, vt + 1);
-        return Err(Failure::at(named_in, reason));
-    }
-    let places = Places::new(manifest.displacement.layout, &dominant);
-    let origin = manifest.displacement.origin;
-    let needs_frames = manifest.displacement.map == MapKind::VectorTangent;
-    if is_carrier && !needs_frames {
-        return Ok(apply::carrier_vertices(obj, places, origin));
-    }
-    // A carrier has its vertices where welding put them.
-    let welding = match manifest.welding {
-        Welding::Epsilon(_) if is_carrier => Welding::Exact,
-        welding => welding,
-    };
-    let model = Model::new(obj.clone(), welding);
-    let normals = if is_carrier {
-        let of_lines: Vec<Vec3> = apply::carrier_vertices(obj, places, origin).iter().map(|v| v.normal).collect();
-        model.weld().first().iter().map(|&line| of_lines[line as usize]).collect()
-    } else {
-        bundle::displacement_normals(&model, manifest.normals).map_err(|e| Failure::at(mesh, e))?
-    };
-    let mut vertices = apply::source_vertices(obj, &model.weld().spread(&normals), places, origin);
-    if needs_frames {
-        let atlas = model.atlas().map_err(|e| Failure::at(mesh, e))?;
-        let of_corners = tangents::tangents(model.surface(), &atlas, &normals);
-        let frames = tangents::at_vertices(model.surface(), &atlas, &normals, &of_corners);
-        for (vertex, frame) in vertices.iter_mut().zip(model.weld().spread(&frames)) {
-            vertex.tangent = frame;
+/// What is wrong, in the words of somebody who gave the two files.
+fn explain(error: MeshError, manifest: &Manifest, mesh: &Path, named_in: &Path) -> Failure {
+    match error {
+        MeshError::Foreign => {
+            let reason = format!(
+                "is not the mesh that {} belongs to: neither {} nor its carrier {}, byte for byte",
+                named_in.display(),
+                manifest.source.file,
+                manifest.carrier.obj
+            );
+            Failure::at(mesh, reason)
         }
+        MeshError::NeedsCarrier => {
+            let carrier = named_in.with_file_name(&manifest.carrier.obj);
+            let reason = format!(
+                "lacks the texture coordinates of the map, which the bake made; use the carrier {}",
+                carrier.display()
+            );
+            Failure::at(mesh, reason)
+        }
+        MeshError::NoSuchPlace { vertex, uv } => {
+            let (v, vt) = (vertex + 1, uv + 1);
+            let reason = format!("field `dominant_uv.seam_vertices`: the mesh has no vertex {v} or no `vt` {vt}");
+            Failure::at(named_in, reason)
+        }
+        e @ (MeshError::Normals(_) | MeshError::Atlas(_)) => Failure::at(mesh, e),
     }
-    Ok(vertices)
 }

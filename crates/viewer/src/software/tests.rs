@@ -11,8 +11,11 @@ use image::Rgba;
 /// Triangles over shared positions, lit with `normals` (one per position).
 fn scene(positions: Vec<Vec3>, normals: Vec<Vec3>, uvs: Vec<Vec2>, triangles: &[[u32; 3]]) -> Scene {
     let uvs_of = |t: [u32; 3]| (!uvs.is_empty()).then_some(t);
-    let triangles = triangles.iter().map(|&t| Triangle { positions: t, normals: t, uvs: uvs_of(t) }).collect();
-    Scene::new(Mesh { positions, normals, uvs, triangles, scalars: None }).unwrap()
+    let triangles = triangles
+        .iter()
+        .map(|&t| Triangle { positions: t, normals: t, uvs: uvs_of(t), sides: <_>::default() })
+        .collect();
+    Scene::new(Mesh { positions, normals, uvs, triangles, ..Mesh::default() }).unwrap()
 }
 
 /// A unit sphere of 2 × `bands` by `bands` cells about the y axis; the poles are small holes.
@@ -143,7 +146,14 @@ fn checker_on_a_slanted_plane_is_where_rays_meet_it() {
 #[test]
 fn flat_sphere_has_the_blinn_phong_colour_of_its_middle_triangle() {
     let scene = sphere(9);
-    let light = Light { azimuth: 30.0, elevation: 20.0, colour: Colour::WHITE, intensity: 0.6 };
+    let light = Light {
+        azimuth: 30.0,
+        elevation: 20.0,
+        colour: Colour::WHITE,
+        intensity: 0.6,
+        kind: <_>::default(),
+        anchor: <_>::default(),
+    };
     let ambient = Ambient { sky: Colour::WHITE, ground: Colour::hex(0), intensity: 0.25 };
     let camera = Camera { yaw: 70.0, pitch: 20.0, projection: Projection::Orthographic, ..Camera::default() };
     let settings = Settings { shading: Shading::Flat, lights: vec![light], ambient, camera, ..front() };
@@ -180,7 +190,7 @@ fn the_back_of_a_surface_is_lit_like_its_front() {
         render(&scene(corners, vec![normal; 4], Vec::new(), triangles), &Settings { shading, ..front() })
     };
     let turned = TWO.map(|[a, b, c]| [a, c, b]);
-    for shading in [Shading::Flat, Shading::Smooth] {
+    for shading in [Shading::Flat, Shading::Phong] {
         assert_eq!(draw(Vec3::Z, &TWO, shading), draw(Vec3::NEG_Z, &turned, shading), "{shading:?}");
     }
 }

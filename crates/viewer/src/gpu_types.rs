@@ -1,0 +1,148 @@
+//! Twins of the structures in `shaders/`, byte for byte.
+
+use bytemuck::{Pod, Zeroable};
+use glam::{Mat4, Vec2, Vec3, Vec4};
+
+/// Twin of `struct Light`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(crate) struct Light {
+    pub(crate) place: Vec4,
+    pub(crate) radiance: Vec3,
+    pub(crate) cos_outer: f32,
+    pub(crate) axis: Vec3,
+    pub(crate) cos_inner: f32,
+}
+
+/// Twin of `struct Frame`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(crate) struct Frame {
+    pub(crate) clip_from_world: Mat4,
+    pub(crate) world_from_view: Mat4,
+    pub(crate) eye_in_world: Vec4,
+    pub(crate) up_in_world: Vec3,
+    pub(crate) light_count: u32,
+    pub(crate) sky: Vec3,
+    pub(crate) specular: f32,
+    pub(crate) ground: Vec3,
+    pub(crate) exponent: f32,
+    pub(crate) base_colour: Vec3,
+    pub(crate) shading: u32,
+    pub(crate) checker_light: Vec3,
+    pub(crate) checker_squares: f32,
+    pub(crate) checker_dark: Vec3,
+    pub(crate) overlay: u32,
+    pub(crate) background_top: Vec3,
+    pub(crate) sampling: u32,
+    pub(crate) background_bottom: Vec3,
+    pub(crate) normals: u32,
+    pub(crate) heat_low: f32,
+    pub(crate) heat_high: f32,
+    pub(crate) heat_relief: f32,
+    pub(crate) has_heat: u32,
+    pub(crate) has: u32,
+    pub(crate) line_width: f32,
+    pub(crate) normal_strength: f32,
+    pub(crate) colormap: u32,
+    pub(crate) lights: [Light; crate::lights::MAX_LIGHTS],
+}
+
+/// Twin of `struct Displacement`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(crate) struct Displacement {
+    pub(crate) bias: f32,
+    pub(crate) scale: f32,
+    pub(crate) lambda: f32,
+    pub(crate) kind: u32,
+}
+
+/// Twin of `struct Vertex`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(crate) struct Vertex {
+    pub(crate) position: Vec3,
+    pub(crate) place: u32,
+    pub(crate) normal: Vec3,
+    pub(crate) texel: u32,
+    pub(crate) tangent: Vec4,
+    pub(crate) uv: Vec2,
+    pub(crate) number: f32,
+    pub(crate) has_number: f32,
+}
+
+/// Twin of `struct Wedge`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub(crate) struct Wedge {
+    pub(crate) normal: Vec3,
+    pub(crate) vertex: u32,
+    pub(crate) tangent: Vec4,
+    pub(crate) uv: Vec2,
+    pub(crate) has_uv: f32,
+    pub(crate) _pad: f32,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shaders::{Program, source};
+    use std::mem::offset_of;
+
+    /// Asserts that the structure of a program has these members at these offsets, and this size.
+    macro_rules! assert_layout {
+        ($module:expr, $ty:ident { $($field:ident),+ $(,)? }) => {{
+            let found = $module.types.iter().find_map(|(_, t)| match (&t.name, &t.inner) {
+                (Some(name), naga::TypeInner::Struct { members, span }) if name == stringify!($ty) => {
+                    Some((members.iter().map(|m| (m.name.clone().unwrap(), m.offset)).collect::<Vec<_>>(), *span))
+                }
+                _ => None,
+            });
+            let expected = vec![$((stringify!($field).to_owned(), offset_of!($ty, $field) as u32)),+];
+            assert_eq!(found, Some((expected, size_of::<$ty>() as u32)), "layout of {}", stringify!($ty));
+        }};
+    }
+
+    #[test]
+    fn structures_are_those_of_the_shaders() {
+        let module = naga::front::wgsl::parse_str(&source(Program::Mesh)).unwrap();
+        assert_layout!(module, Light { place, radiance, cos_outer, axis, cos_inner });
+        assert_layout!(module, Displacement { bias, scale, lambda, kind });
+        assert_layout!(module, Vertex { position, place, normal, texel, tangent, uv, number, has_number });
+        assert_layout!(module, Wedge { normal, vertex, tangent, uv, has_uv, _pad });
+        assert_layout!(
+            module,
+            Frame {
+                clip_from_world,
+                world_from_view,
+                eye_in_world,
+                up_in_world,
+                light_count,
+                sky,
+                specular,
+                ground,
+                exponent,
+                base_colour,
+                shading,
+                checker_light,
+                checker_squares,
+                checker_dark,
+                overlay,
+                background_top,
+                sampling,
+                background_bottom,
+                normals,
+                heat_low,
+                heat_high,
+                heat_relief,
+                has_heat,
+                has,
+                line_width,
+                normal_strength,
+                colormap,
+                lights
+            }
+        );
+    }
+}

@@ -1,0 +1,109 @@
+//! A scene as arrays for the GPU.
+
+use crate::gpu_types::{Vertex, Wedge};
+use crate::scene::{Scene, Side};
+use glam::{Vec2, Vec4};
+use planish_geometry::displacement::Place;
+use planish_geometry::texture::tangents::Tangent;
+
+/// Bits of a corner that hold its wedge; the side above them. `WEDGE_BITS` in `shaders/surface.wgsl`.
+const WEDGE_BITS: u32 = 28;
+
+/// What the buffers of bind group 2 hold.
+pub(crate) struct RenderMesh {
+    /// #V
+    pub(crate) vertices: Vec<Vertex>,
+    /// Distinct combinations of vertex, normal, texture coordinate and frame.
+    pub(crate) wedges: Vec<Wedge>,
+    /// #T×3
+    pub(crate) corners: Vec<u32>,
+    /// #V+1
+    pub(crate) ring_starts: Vec<u32>,
+    /// Triangles around the vertices.
+    pub(crate) rings: Vec<[u32; 2]>,
+}
+
+impl RenderMesh {
+    pub(crate) fn new(scene: &Scene) -> Self {
+        let mesh = scene.mesh();
+        let vertices = (0..mesh.positions.len()).map(|v| vertex(scene, v)).collect();
+        let mut wedges = Wedges { all: Vec::new(), first: vec![NONE; mesh.positions.len()], next: Vec::new() };
+        let mut corners = Vec::with_capacity(3 * mesh.triangles.len());
+        for (t, triangle) in mesh.triangles.iter().enumerate() {
+            for k in 0..3 {
+                let vertex = triangle.positions[k];
+                let wedge = wedges.number(Wedge {
+                    normal: mesh.normals[triangle.normals[k] as usize],
+                    vertex,
+                    tangent: mesh.tangents.get(t).map_or(Vec4::ZERO, |frames| frame(frames[k])),
+                    uv: triangle.uvs.map_or(Vec2::ZERO, |uvs| mesh.uvs[uvs[k] as usize]),
+                    has_uv: if triangle.uvs.is_some() { 1.0 } else { 0.0 },
+                    _pad: 0.0,
+                });
+                let side = match triangle.sides[k] {
+                    Side::Edge => 0,
+                    Side::Seam => 1,
+                    Side::Diagonal => 2,
+                };
+                corners.push(side << WEDGE_BITS | wedge);
+            }
+        }
+        let rings = scene.relief.as_ref().map(|relief| &relief.rings);
+        let mut ring_starts = vec![0];
+        ring_starts
+            .extend((0..mesh.positions.len() as u32).map(|v| rings.map_or(0, |rings| rings.range(v).end as u32)));
+        let rings = rings.map_or_else(Vec::new, |rings| rings.items().to_vec());
+        Self { vertices, wedges: wedges.all, corners, ring_starts, rings }
+    }
+}
+
+fn frame(tangent: Tangent) -> Vec4 {
+    tangent.tangent.extend(tangent.sign)
+}
+
+fn vertex(scene: &Scene, v: usize) -> Vertex {
+    let mesh = scene.mesh();
+    let number = mesh.scalars.as_ref().map(|scalars| scalars[v]).filter(|x| x.is_finite());
+    let mut vertex = Vertex {
+        position: mesh.positions[v],
+        number: number.unwrap_or(0.0),
+        has_number: if number.is_some() { 1.0 } else { 0.0 },
+        ..Vertex::default()
+    };
+    if let Some(relief) = &scene.relief {
+        let of_map = &relief.vertices[v];
+        vertex.normal = of_map.normal;
+        vertex.tangent = frame(of_map.tangent);
+        match of_map.place {
+            None => {}
+            Some(Place::Uv(uv)) => (vertex.place, vertex.uv) = (1, uv),
+            Some(Place::Texel(texel)) => (vertex.place, vertex.texel) = (2, texel),
+        }
+    }
+    vertex
+}
+
+const NONE: u32 = u32::MAX;
+
+/// Wedges in the order in which they are met; those of a vertex are chained.
+struct Wedges {
+    all: Vec<Wedge>,
+    /// #V
+    first: Vec<u32>,
+    next: Vec<u32>,
+}
+
+impl Wedges {
+    fn number(&mut self, wedge: Wedge) -> u32 {
+        let mut link = self.first[wedge.vertex as usize];
+        while link != NONE && self.all[link as usize] != wedge {
+            link = self.next[link as usize];
+        }
+        if link == NONE {
+            link = self.all.len() as u32;
+            self.all.push(wedge);
+            self.next.push(std::mem::replace(&mut self.first[wedge.vertex as usize], link));
+        }
+        link
+    }
+}

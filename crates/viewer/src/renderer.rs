@@ -1,0 +1,211 @@
+//! Draws a [`Scene`] with [`Settings`] on a GPU, to any texture view; it knows no window.
+//!
+//! ```no_run
+//! # fn f(scene: planish_viewer::scene::Scene) -> Result<(), planish_viewer::gpu::NoGpu> {
+//! use planish_viewer::gpu::{Backend, Gpu};
+//! use planish_viewer::renderer::Renderer;
+//! use planish_viewer::settings::Settings;
+//!
+//! let renderer = Renderer::new(Gpu::open(Backend::Auto)?);
+//! let picture = renderer.image(&scene, &Settings::default());
+//! # Ok(()) }
+//! ```
+
+mod bindings;
+mod frame;
+mod pictures;
+mod pipelines;
+mod uploaded;
+
+pub use uploaded::Uploaded;
+
+use crate::colour::{linear_from_byte, pixel_from_linear};
+use crate::gpu::{DEPTH, FORMAT, Gpu};
+use crate::scene::Scene;
+use crate::settings::{Displace, Normals, Settings, Shading, Size};
+use crate::shading::normal_map_strength;
+use crate::software;
+use bindings::Layouts;
+use glam::{Vec3, Vec4};
+use image::RgbaImage;
+use pictures::{Canvas, Samplers};
+use pipelines::Pipelines;
+use rayon::prelude::*;
+
+/// What is the same for all scenes.
+#[derive(Debug)]
+pub struct Renderer {
+    gpu: Gpu,
+    layouts: Layouts,
+    samplers: Samplers,
+    /// For targets with one sample per pixel, and with several.
+    pipelines: [Pipelines; 2],
+    compute: pipelines::Compute,
+}
+
+/// Buffers that a picture of some size is drawn in.
+#[derive(Debug)]
+pub struct Target {
+    size: Size,
+    samples: u32,
+    depth: wgpu::TextureView,
+    /// With several samples per pixel: what is averaged in the end.
+    colour: Option<wgpu::TextureView>,
+}
+
+impl Renderer {
+    /// Compiles the shaders.
+    pub fn new(gpu: Gpu) -> Self {
+        let layouts = Layouts::new(&gpu.device);
+        let pipelines = [1, gpu.samples].map(|samples| Pipelines::new(&gpu.device, &layouts, samples));
+        let compute = pipelines::Compute::new(&gpu.device, &layouts);
+        Self { samplers: Samplers::new(&gpu.device), layouts, pipelines, compute, gpu }
+    }
+
+    /// The device.
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
+    /// Copies a scene to the device.
+    pub fn upload(&self, scene: &Scene) -> Uploaded {
+        Uploaded::new(&self.gpu, &self.layouts, scene)
+    }
+
+    /// Buffers for pictures of a size, with as many samples per pixel as `smooth` edges take, or with one.
+    pub fn target(&self, size: Size, smooth: Smoothness) -> Target {
+        let samples = if smooth == Smoothness::OneSample { 1 } else { self.gpu.samples };
+        let texture = |format| pictures::attachment(&self.gpu.device, size, samples, format);
+        Target { size, samples, depth: texture(DEPTH), colour: (samples > 1).then(|| texture(FORMAT)) }
+    }
+
+    /// Draws to a view of format [`FORMAT`] and of the target's size; `settings.size` does not matter.
+    pub fn draw(
+        &self,
+        uploaded: &Uploaded,
+        scene: &Scene,
+        settings: &Settings,
+        target: &Target,
+        view: &wgpu::TextureView,
+    ) {
+        let device = &self.gpu.device;
+        let frame = frame::frame(scene, settings, target.size, self.scale(settings, target));
+        self.gpu.queue.write_buffer(&uploaded.frame, 0, bytemuck::bytes_of(&frame));
+        self.write_displacement(uploaded, scene, &settings.displace);
+        let textures = uploaded.texture_bindings(device, &self.layouts, &self.samplers, settings);
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        if derives_normals(scene, settings) {
+            self.compute.run(&mut encoder, uploaded, pipelines::Result::Normals);
+        }
+        let (attachment, resolve_target) = match &target.colour {
+            Some(colour) => (colour, Some(view)),
+            None => (view, None),
+        };
+        let colour = wgpu::RenderPassColorAttachment {
+            view: attachment,
+            depth_slice: None,
+            resolve_target,
+            ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
+        };
+        let depth = wgpu::RenderPassDepthStencilAttachment {
+            view: &target.depth,
+            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(1.0), store: wgpu::StoreOp::Discard }),
+            stencil_ops: None,
+        };
+        let pipelines = &self.pipelines[usize::from(target.samples > 1)];
+        {
+            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some("picture"),
+                color_attachments: &[Some(colour)],
+                depth_stencil_attachment: Some(depth),
+                ..wgpu::RenderPassDescriptor::default()
+            });
+            pass.set_bind_group(0, &uploaded.frame_bindings, &[]);
+            pass.set_pipeline(&pipelines.background);
+            pass.draw(0..3, 0..1);
+            pass.set_bind_group(1, &uploaded.map_bindings, &[]);
+            pass.set_bind_group(2, &uploaded.surface_bindings, &[]);
+            pass.set_bind_group(3, &textures, &[]);
+            pass.set_pipeline(&pipelines.mesh);
+            pass.draw(0..uploaded.corner_count, 0..1);
+        }
+        self.gpu.queue.submit([encoder.finish()]);
+    }
+
+    /// Pixels of the target that a pixel of the settings takes up.
+    fn scale(&self, settings: &Settings, target: &Target) -> f32 {
+        target.size.height as f32 / settings.size.height as f32
+    }
+
+    /// The picture that the settings describe: with one sample per pixel edges are smoothed by the GPU's own samples, with
+    /// more a larger picture is averaged in linear light, as the renderer on the processor does.
+    pub fn image(&self, scene: &Scene, settings: &Settings) -> RgbaImage {
+        let uploaded = self.upload(scene);
+        self.image_of(&uploaded, scene, settings)
+    }
+
+    /// The same of a scene that is on the device.
+    pub fn image_of(&self, uploaded: &Uploaded, scene: &Scene, settings: &Settings) -> RgbaImage {
+        let longest = settings.size.width.max(settings.size.height);
+        let most = (self.gpu.device.limits().max_texture_dimension_2d / longest).max(1);
+        let scale = settings.supersampling.clamp(1, most);
+        let size = Size { width: settings.size.width * scale, height: settings.size.height * scale };
+        let smooth = if scale > 1 { Smoothness::OneSample } else { Smoothness::SmoothEdges };
+        let target = self.target(size, smooth);
+        let canvas = Canvas::new(&self.gpu.device, size);
+        self.draw(uploaded, scene, settings, &target, &canvas.view);
+        let mut image = shrunk(canvas.read(&self.gpu), scale);
+        software::add_legend(&mut image, scene, settings);
+        image
+    }
+
+    /// Where the vertex stage puts the vertices of the mesh. #V×3, model units.
+    pub fn positions(&self, uploaded: &Uploaded, scene: &Scene, displace: &Displace) -> Vec<Vec3> {
+        self.write_displacement(uploaded, scene, displace);
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        self.compute.run(&mut encoder, uploaded, pipelines::Result::Positions);
+        self.gpu.queue.submit([encoder.finish()]);
+        let bytes = self.gpu.read(&uploaded.places);
+        let places: &[Vec4] = &bytemuck::pod_collect_to_vec::<u8, Vec4>(&bytes);
+        places.iter().take(scene.mesh().positions.len()).map(|p| p.truncate()).collect()
+    }
+
+    fn write_displacement(&self, uploaded: &Uploaded, scene: &Scene, displace: &Displace) {
+        let displacement = frame::displacement(scene, displace);
+        self.gpu.queue.write_buffer(&uploaded.displacement, 0, bytemuck::bytes_of(&displacement));
+    }
+}
+
+/// How edges look.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Smoothness {
+    /// Each pixel is what its centre shows.
+    OneSample,
+    /// Several samples are averaged where there is an edge.
+    SmoothEdges,
+}
+
+fn derives_normals(scene: &Scene, settings: &Settings) -> bool {
+    let others = matches!(settings.shading, Shading::Bump) || normal_map_strength(scene, settings).is_some();
+    scene.relief.is_some() && settings.displace.normals == Normals::Derived && !others
+}
+
+/// Means of squares of pixels, in linear light.
+fn shrunk(large: RgbaImage, scale: u32) -> RgbaImage {
+    if scale == 1 {
+        return large;
+    }
+    let mut small = RgbaImage::new(large.width() / scale, large.height() / scale);
+    let row_bytes = 4 * small.width() as usize;
+    let share = 1.0 / (scale * scale) as f32;
+    small.par_chunks_mut(row_bytes).enumerate().for_each(|(y, row)| {
+        for (pixel, x) in row.chunks_exact_mut(4).zip(0..) {
+            let y = y as u32;
+            let square = (0..scale * scale).map(|i| large.get_pixel(x * scale + i % scale, y * scale + i / scale).0);
+            let sum: Vec3 = square.map(|[r, g, b, _]| Vec3::from([r, g, b].map(linear_from_byte))).sum();
+            let [r, g, b] = pixel_from_linear(share * sum);
+            pixel.copy_from_slice(&[r, g, b, u8::MAX]);
+        }
+    });
+    small
+}

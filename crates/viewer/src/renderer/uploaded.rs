@@ -1,0 +1,123 @@
+//! A scene on the device.
+
+use super::bindings::{Layouts, bind};
+use super::pictures::{self, Samplers};
+use crate::colormap::Colormap;
+use crate::gpu::Gpu;
+use crate::gpu_types::{Displacement, Frame};
+use crate::relief::Relief;
+use crate::render_mesh::RenderMesh;
+use crate::scene::Scene;
+use crate::settings::Settings;
+use bytemuck::Pod;
+use wgpu::BufferUsages;
+use wgpu::util::{BufferInitDescriptor, DeviceExt as _};
+
+/// Buffers and textures of a scene.
+#[derive(Debug)]
+pub struct Uploaded {
+    pub(super) corner_count: u32,
+    pub(super) vertex_count: u32,
+    pub(super) frame: wgpu::Buffer,
+    pub(super) displacement: wgpu::Buffer,
+    pub(super) places: wgpu::Buffer,
+    pub(super) frame_bindings: wgpu::BindGroup,
+    pub(super) map_bindings: wgpu::BindGroup,
+    pub(super) surface_bindings: wgpu::BindGroup,
+    /// The same without the normals that are being computed.
+    pub(super) computed_surface_bindings: wgpu::BindGroup,
+    pub(super) result_bindings: wgpu::BindGroup,
+    texture: wgpu::TextureView,
+    normal_map: wgpu::TextureView,
+    /// In the order of [`Colormap::ALL`].
+    heat_maps: Vec<wgpu::TextureView>,
+}
+
+impl Uploaded {
+    pub(super) fn new(gpu: &Gpu, layouts: &Layouts, scene: &Scene) -> Self {
+        let device = &gpu.device;
+        let mesh = RenderMesh::new(scene);
+        let storage = |bytes: &[u8]| {
+            device.create_buffer_init(&BufferInitDescriptor {
+                label: None,
+                contents: bytes,
+                usage: BufferUsages::STORAGE,
+            })
+        };
+        let buffer = |size, usage| {
+            device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
+        };
+        let uniform = |size: usize| buffer(size as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
+        let [vertices, wedges, corners] =
+            [contents(&mesh.vertices), contents(&mesh.wedges), contents(&mesh.corners)].map(|b| storage(&b));
+        let [ring_starts, rings] = [contents(&mesh.ring_starts), contents(&mesh.rings)].map(|bytes| storage(&bytes));
+        let results = || buffer(16 * mesh.vertices.len().max(1) as u64, BufferUsages::STORAGE | BufferUsages::COPY_SRC);
+        let (places, normals) = (results(), results());
+        let frame = uniform(size_of::<Frame>());
+        let displacement = uniform(size_of::<Displacement>());
+        let height_map =
+            scene.relief.as_ref().map_or_else(|| pictures::floats(gpu, [1, 1], 1, &[0.0]), |relief| map(gpu, relief));
+        let group = |layout, resources: &[wgpu::BindingResource]| bind(device, layout, resources);
+        let texture = |texture: &Option<_>| {
+            texture.as_ref().map_or_else(|| pictures::plain(gpu, [u8::MAX; 4]), |t| pictures::uploaded(gpu, t))
+        };
+        let surface = [&vertices, &wedges, &corners].map(wgpu::Buffer::as_entire_binding);
+        let with = |normals: &wgpu::Buffer| {
+            let [a, b, c] = surface.clone();
+            group(&layouts.surface, &[a, b, c, normals.as_entire_binding()])
+        };
+        Self {
+            corner_count: mesh.corners.len() as u32,
+            vertex_count: mesh.vertices.len() as u32,
+            frame_bindings: group(&layouts.frame, &[frame.as_entire_binding()]),
+            map_bindings: group(
+                &layouts.map,
+                &[wgpu::BindingResource::TextureView(&height_map), displacement.as_entire_binding()],
+            ),
+            surface_bindings: with(&normals),
+            computed_surface_bindings: with(&vertices),
+            result_bindings: group(
+                &layouts.results,
+                &[&places, &normals, &ring_starts, &rings].map(wgpu::Buffer::as_entire_binding),
+            ),
+            frame,
+            displacement,
+            places,
+            texture: texture(&scene.texture),
+            normal_map: texture(&scene.normal_map),
+            heat_maps: Colormap::ALL.iter().map(|map| pictures::row(gpu, &map.texels())).collect(),
+        }
+    }
+
+    pub(super) fn texture_bindings(
+        &self,
+        device: &wgpu::Device,
+        layouts: &Layouts,
+        samplers: &Samplers,
+        settings: &Settings,
+    ) -> wgpu::BindGroup {
+        let heat_map = Colormap::ALL.iter().position(|map| *map == settings.heat.map).unwrap_or(0);
+        let view = wgpu::BindingResource::TextureView;
+        let sampler = wgpu::BindingResource::Sampler(samplers.of(settings.sampling));
+        let resources = [view(&self.texture), sampler, view(&self.normal_map), view(&self.heat_maps[heat_map])];
+        bind(device, &layouts.textures, &resources)
+    }
+}
+
+/// At least one element: an empty buffer cannot be bound.
+fn contents<T: Pod>(all: &[T]) -> Vec<u8> {
+    if all.is_empty() { vec![0; size_of::<T>()] } else { bytemuck::cast_slice(all).to_vec() }
+}
+
+/// Heights as one channel; vectors as three and one for the alignment.
+fn map(gpu: &Gpu, relief: &Relief) -> wgpu::TextureView {
+    let (size, planes) = (relief.map.size(), relief.map.planes());
+    match planes {
+        [heights] => pictures::floats(gpu, [size.width, size.height], 1, heights),
+        planes => {
+            let texel = |i: usize| [planes[0][i], planes[1][i], planes[2][i], 1.0];
+            let texels: Vec<[f32; 4]> = (0..planes[0].len()).map(texel).collect();
+            pictures::floats(gpu, [size.width, size.height], 4, texels.as_flattened())
+        }
+    }
+}
