@@ -11,7 +11,11 @@ mod noise;
 pub mod prefilter;
 pub mod scenes;
 mod sky;
+mod surroundings;
 mod terrain;
+
+pub(crate) use surroundings::{Around, sun};
+pub use surroundings::{Part, Surroundings};
 
 use cube::CubeMap;
 use harmonics::Irradiance;

@@ -85,7 +85,8 @@ impl CubeMap {
         let share = 1.0 / (per_side * per_side) as f32;
         let texel = |i: usize| {
             let (face, row, column) = (i / (size * size), i / size % size, i % size);
-            let places = (0..per_side * per_side).map(|k| (row * per_side + k / per_side, column * per_side + k % per_side));
+            let places =
+                (0..per_side * per_side).map(|k| (row * per_side + k / per_side, column * per_side + k % per_side));
             let sum: Vec3 = places
                 .map(|(row, column)| radiance(texel_direction(fine, (face * fine + row) * fine + column).normalize()))
                 .sum();

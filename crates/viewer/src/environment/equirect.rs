@@ -123,7 +123,9 @@ mod tests {
     #[test]
     fn a_smooth_sky_is_given_back_even_at_the_edge() {
         let map = Equirect::from_fn(256, |d| 0.5 + 0.5 * d);
-        for direction in [Vec3::NEG_Z, Vec3::new(1e-4, 0.2, -1.0), Vec3::new(-1e-4, 0.2, -1.0), Vec3::new(0.3, 1.0, 0.1)] {
+        for direction in
+            [Vec3::NEG_Z, Vec3::new(1e-4, 0.2, -1.0), Vec3::new(-1e-4, 0.2, -1.0), Vec3::new(0.3, 1.0, 0.1)]
+        {
             let direction = direction.normalize();
             assert!(map.at(direction).abs_diff_eq(0.5 + 0.5 * direction, 1e-3), "{direction}");
         }

@@ -5,15 +5,15 @@ use super::equirect::Equirect;
 use super::scenes::Scene;
 use super::{Environment, MAX_RADIANCE};
 use crate::colour::linear_from_srgb;
+use crate::open::BadFile;
 use glam::Vec3;
 use image::{DynamicImage, ImageReader};
 use serde::{Deserialize, Serialize};
 use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use thiserror::Error;
 
-/// Where an environment comes from.
+/// Where an environment comes from; relative paths are from the working directory.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Source {
@@ -46,46 +46,34 @@ pub const NAMES: [[&str; 6]; 3] = [
     ["right", "left", "top", "bottom", "front", "back"],
 ];
 
-/// Why files are no environment.
-#[derive(Debug, Error)]
-#[error("{}: {reason}", path.display())]
-pub struct FileError {
-    path: PathBuf,
-    reason: String,
-}
-
-fn failure<E: ToString>(path: &Path) -> impl Fn(E) -> FileError + '_ {
-    move |e| FileError { path: path.to_owned(), reason: e.to_string() }
-}
-
 /// Reads or draws an environment, with at most size² texels a face where the source has more.
-pub fn load(source: &Source, size: usize) -> Result<Environment, FileError> {
+pub fn load(source: &Source, size: usize) -> Result<Environment, BadFile> {
     match source {
         Source::Scene(scene) => Ok(Environment::generated(*scene, size)),
         Source::Equirect(path) => {
             let (width, height, texels) = read(path)?;
             if width != 2 * height {
                 let reason = format!("{width}×{height} pixels: an equirectangular map is twice as wide as high");
-                return Err(failure(path)(reason));
+                return Err(BadFile::at(path)(reason));
             }
-            let map = Equirect::new(width, texels).ok_or_else(|| failure(path)("the image is empty"))?;
+            let map = Equirect::new(width, texels).ok_or_else(|| BadFile::at(path)("the image is empty"))?;
             Ok(Environment::new(CubeMap::from_equirect(&map, size)))
         }
         Source::Cube(folder) => Ok(Environment::new(cube(folder, size)?)),
     }
 }
 
-fn cube(folder: &Path, size: usize) -> Result<CubeMap, FileError> {
+fn cube(folder: &Path, size: usize) -> Result<CubeMap, BadFile> {
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
-        .map_err(failure(folder))?
-        .map(|entry| entry.map(|e| e.path()).map_err(failure(folder)))
+        .map_err(BadFile::at(folder))?
+        .map(|entry| entry.map(|e| e.path()).map_err(BadFile::at(folder)))
         .collect::<Result<_, _>>()?;
     // The order of a folder is anybody's guess.
     files.sort();
     let named = |name: &str| {
         let mut found = files.iter().filter(|f| f.file_stem().is_some_and(|stem| stem.eq_ignore_ascii_case(name)));
         match (found.next(), found.next()) {
-            (Some(_), Some(second)) => Err(failure(second)(format!("a second picture called {name}"))),
+            (Some(_), Some(second)) => Err(BadFile::at(second)(format!("a second picture called {name}"))),
             (first, _) => Ok(first),
         }
     };
@@ -96,7 +84,7 @@ fn cube(folder: &Path, size: usize) -> Result<CubeMap, FileError> {
         }
         let mut faces = Vec::new();
         for (file, name) in found.into_iter().zip(names) {
-            faces.push(file.ok_or_else(|| failure(folder)(format!("no picture is called {name}")))?);
+            faces.push(file.ok_or_else(|| BadFile::at(folder)(format!("no picture is called {name}")))?);
         }
         let mut side = None;
         let mut texels: [Vec<Vec3>; 6] = Default::default();
@@ -104,20 +92,20 @@ fn cube(folder: &Path, size: usize) -> Result<CubeMap, FileError> {
             let (width, height, read) = read(face)?;
             let expected = *side.get_or_insert(width);
             if width != height || width != expected {
-                return Err(failure(face)(format!("{width}×{height} pixels: faces must be squares of one size")));
+                return Err(BadFile::at(face)(format!("{width}×{height} pixels: faces must be squares of one size")));
             }
             *into = read;
         }
-        let cube = CubeMap::from_faces(side.unwrap_or(0), texels).map_err(failure(folder))?;
+        let cube = CubeMap::from_faces(side.unwrap_or(0), texels).map_err(BadFile::at(folder))?;
         return Ok(if cube.size() > size { cube.resized(size) } else { cube });
     }
-    Err(failure(folder)(format!("no six pictures called {}, or …", NAMES[0].join(", "))))
+    Err(BadFile::at(folder)(format!("no six pictures called {}, or …", NAMES[0].join(", "))))
 }
 
 /// Width, height and linear RGB of a picture. What is not a number becomes black, what is too bright the brightest.
-fn read(path: &Path) -> Result<(usize, usize, Vec<Vec3>), FileError> {
-    let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(failure(path))?;
-    let image = reader.decode().map_err(failure(path))?;
+fn read(path: &Path) -> Result<(usize, usize, Vec<Vec3>), BadFile> {
+    let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(BadFile::at(path))?;
+    let image = reader.decode().map_err(BadFile::at(path))?;
     let linear = matches!(image, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
     let image = image.into_rgb32f();
     let (width, height) = (image.width() as usize, image.height() as usize);
@@ -167,7 +155,9 @@ mod tests {
         for names in NAMES {
             let folder = tempfile::tempdir().unwrap();
             for (i, name) in names.into_iter().enumerate() {
-                RgbImage::from_pixel(4, 4, Rgb([40 * i as u8, 0, 0])).save(folder.path().join(format!("{name}.png"))).unwrap();
+                RgbImage::from_pixel(4, 4, Rgb([40 * i as u8, 0, 0]))
+                    .save(folder.path().join(format!("{name}.png")))
+                    .unwrap();
             }
             let environment = load(&Source::Cube(folder.path().into()), 16).unwrap();
             let faces = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];

@@ -68,7 +68,12 @@ fn cirrus(direction: Vec3, amount: f32, seed: u32) -> f32 {
     // On a flat layer of cloud, far away near the horizon.
     let height = direction.y.max(0.0) + 0.06;
     let place = Vec2::new(direction.x, direction.z) / height;
-    let drift = place + 0.7 * Vec2::new(fractal(0.6 * place, 3, 0.02 / height, seed), fractal(0.6 * place + 9.0, 3, 0.02 / height, seed));
+    let drift = place
+        + 0.7
+            * Vec2::new(
+                fractal(0.6 * place, 3, 0.02 / height, seed),
+                fractal(0.6 * place + 9.0, 3, 0.02 / height, seed),
+            );
     let strands = fractal(Vec2::new(0.5 * drift.x, 1.6 * drift.y), 6, 0.02 / height, seed + 17);
     let patches = 0.5 + fractal(0.35 * place, 2, 0.0, seed + 31);
     smoothstep(0.05, 0.75, strands + patches - 0.65 + amount) * smoothstep(0.01, 0.2, direction.y)

@@ -138,8 +138,8 @@ impl Air {
         let rayleigh_phase = 3.0 / (16.0 * PI) * (1.0 + cos * cos);
         let mie_phase = 3.0 / (8.0 * PI) * (1.0 - g * g) * (1.0 + cos * cos)
             / ((2.0 + g * g) * (1.0 + g * g - 2.0 * g * cos).powf(1.5));
-        // Light that is scattered more than once is nearly even over the sky; a fifth of an isotropic phase stands for it.
-        let again = 0.2 / (4.0 * PI);
+        // Light that is scattered more than once is nearly even over the sky; so much of an isotropic phase stands for it.
+        let again = 1.5 / (4.0 * PI);
         (rayleigh_phase + again) * RAYLEIGH * rayleigh + (mie_phase + again) * MIE * self.haze * mie
     }
 }

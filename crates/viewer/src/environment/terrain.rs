@@ -31,12 +31,13 @@ pub(super) trait Landscape: Sync {
 pub(super) fn normal(landscape: &impl Landscape, place: Vec2, footprint: f32) -> Vec3 {
     let step = footprint.max(4e-3);
     let at = |x: f32, z: f32| landscape.height(place + Vec2::new(x, z), footprint);
-    Vec3::new(at(-step, 0.0) - at(step, 0.0), 2.0 * step, at(0.0, -step) - at(0.0, step)).normalize()
+    let here = at(0.0, 0.0);
+    Vec3::new(here - at(step, 0.0), step, here - at(0.0, step)).normalize()
 }
 
 /// How much of the sun is seen from the ground: 0 in shadow, 1 in the open, between them at the rim.
 pub(super) fn sunlit(landscape: &impl Landscape, place: Vec2, to_sun: Vec3, footprint: f32) -> f32 {
-    const STEPS: usize = 28;
+    const STEPS: usize = 16;
     const REACH: f32 = 300.0;
     let flat = Vec2::new(to_sun.x, to_sun.z);
     let slope = to_sun.y / flat.length();
@@ -45,8 +46,12 @@ pub(super) fn sunlit(landscape: &impl Landscape, place: Vec2, to_sun: Vec3, foot
     let start = landscape.height(place, first);
     let mut seen = 1.0f32;
     for step in 0..STEPS {
+        if seen <= 0.0 {
+            break;
+        }
         let distance = first * (REACH / first).max(1.0).powf(step as f32 / (STEPS - 1) as f32);
-        let clearance = start + distance * slope - landscape.height(place + distance * flat, first.max(0.05 * distance));
+        let clearance =
+            start + distance * slope - landscape.height(place + distance * flat, first.max(0.05 * distance));
         // Twice the sun's disc, half a degree: air and sand scatter.
         seen = seen.min(0.5 + clearance / (0.02 * distance));
     }
@@ -118,7 +123,8 @@ fn walk(landscape: &impl Landscape, ahead: Vec2, height: usize) -> Vec<Option<f3
                 1.0
             };
             // Below the first step the ground is level.
-            let met = if nearer_slope.is_finite() { near + share * (distance - near) } else { ground.min(eye - 0.1) - eye };
+            let met =
+                if nearer_slope.is_finite() { near + share * (distance - near) } else { ground.min(eye - 0.1) - eye };
             distances[next] = Some(if met < 0.0 { met / wanted } else { met });
         }
         before = (distance, seen);

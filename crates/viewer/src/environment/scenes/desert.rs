@@ -17,7 +17,7 @@ pub(super) struct Desert {
 
 impl Desert {
     pub(super) fn new() -> Self {
-        let sky = Sky::new(to_sun(-105.0, 27.0), 1.6, 5.6);
+        let sky = Sky::new(to_sun(-100.0, 26.0), 1.3, 5.0);
         let ambient = sky.ambient();
         Self { sky, ambient }
     }
@@ -29,8 +29,9 @@ impl Desert {
             if seen == 0.0 {
                 return 0.0;
             }
-            let bent = place.x + 0.3 * place.y
-                + 9.0 * length * fractal(place / (26.0 * length), 3, 0.0, seed)
+            let bent = place.x
+                + 0.3 * place.y
+                + 5.0 * length * fractal(place / (26.0 * length), 2, 0.0, seed)
                 + 0.8 * length * gradient(place / (2.2 * length), seed + 1);
             let phase = (bent / length).rem_euclid(1.0);
             // Windward sides are long, lee sides short.
@@ -38,7 +39,7 @@ impl Desert {
             let strength = 0.6 + 0.8 * gradient(place / (14.0 * length), seed + 2);
             seen * strength * height * smoothstep(0.0, 1.0, profile)
         };
-        wave(0.17, 0.014, 40) + wave(0.9, 0.03, 50)
+        wave(0.19, 0.014, 40) + wave(1.1, 0.022, 50)
     }
 }
 
@@ -60,10 +61,10 @@ impl Landscape for Desert {
         let p = place + 55.0 * warp;
         let distance = place.length();
         // The eye is on a plain between the dunes.
-        let open = smoothstep(9.0, 120.0, distance);
+        let open = smoothstep(8.0, 90.0, distance);
         let high = 0.35 + 0.65 * smoothstep(-0.35, 0.45, gradient(place / 420.0 + 7.7, 5));
-        let large = 21.0 * ridges(Vec2::new(p.x / 150.0, p.y / 95.0) + 3.1, 6) * high;
-        let middle = 3.4 * ridges(Vec2::new(p.x / 44.0, p.y / 27.0) + 1.7, 7) * smoothstep(4.0, 60.0, distance);
+        let large = 27.0 * ridges(Vec2::new(p.x / 92.0, p.y / 170.0) + 3.1, 6) * high;
+        let middle = 3.6 * ridges(Vec2::new(p.x / 25.0, p.y / 46.0) + 1.7, 7) * smoothstep(4.0, 60.0, distance);
         let swell = 0.9 * fractal(place / 14.0, 3, footprint / 14.0, 8);
         let ground = open * (large + middle - 3.0) + swell - 0.2;
         if footprint < 0.3 { ground + Self::ripples(place, footprint) } else { ground }
@@ -73,7 +74,8 @@ impl Landscape for Desert {
         let n = normal(self, place, footprint);
         let sun = self.sky.sun * n.dot(self.sky.to_sun).max(0.0) * sunlit(self, place, self.sky.to_sun, footprint);
         // Grains of different kinds gather in streaks.
-        let streak = 1.0 + 0.16 * fractal(Vec2::new(place.x / 0.7, place.y / 2.4), 5, footprint / 0.7, 9)
+        let streak = 1.0
+            + 0.16 * fractal(Vec2::new(place.x / 0.7, place.y / 2.4), 5, footprint / 0.7, 9)
             + 0.10 * fractal(place / 30.0, 3, footprint / 30.0, 10);
         let sand = SAND * streak * Vec3::new(1.0, 1.0 - 0.05 * (streak - 1.0), 1.0 - 0.1 * (streak - 1.0));
         let bounce = 0.35 * SAND * self.sky.sun * self.sky.to_sun.y / PI;

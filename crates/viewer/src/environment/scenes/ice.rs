@@ -22,14 +22,17 @@ pub(super) struct Ice {
 
 impl Ice {
     pub(super) fn new() -> Self {
-        let sky = Sky::new(to_sun(75.0, 14.0), 0.7, 6.0);
+        let sky = Sky::new(to_sun(75.0, 14.0), 0.6, 5.6);
         let ambient = sky.ambient();
         Self { sky, ambient }
     }
 
     /// Metres from the edge of the floe that a place is on; negative on water.
     fn inside(place: Vec2, footprint: f32) -> (f32, u32) {
-        let warp = Vec2::new(fractal(place / 7.0, 4, footprint / 7.0, 20), fractal(place / 7.0 + 30.0, 4, footprint / 7.0, 21));
+        let warp = Vec2::new(
+            fractal(place / 7.0, 4, footprint / 7.0, 20),
+            fractal(place / 7.0 + 30.0, 4, footprint / 7.0, 21),
+        );
         let (first, second, id) = cells(place / FLOE + 0.16 * warp + 0.45, 22);
         // Leads open and close.
         let lead = 0.30 + 0.55 * smoothstep(-0.25, 0.5, gradient(place / 60.0, 23));
@@ -42,17 +45,24 @@ impl Ice {
         if distance < 150.0 {
             return 0.0;
         }
-        let warp = Vec2::new(fractal(place / 90.0, 3, footprint / 90.0, 24), fractal(place / 90.0 + 8.0, 3, footprint / 90.0, 25));
+        let warp = Vec2::new(
+            fractal(place / 90.0, 3, footprint / 90.0, 24),
+            fractal(place / 90.0 + 8.0, 3, footprint / 90.0, 25),
+        );
         let (first, _, id) = cells(place / 330.0 + 0.12 * warp, 26);
         let mut height = 0.0;
         if id % 7 == 0 {
             let rough = 1.0 + 0.25 * fractal(place / 40.0, 4, footprint / 40.0, 27);
-            height = (12.0 + (id / 7 % 15) as f32) * rough * smoothstep(0.20, 0.16, first) * smoothstep(150.0, 200.0, distance);
+            height = (12.0 + (id / 7 % 15) as f32)
+                * rough
+                * smoothstep(0.20, 0.16, first)
+                * smoothstep(150.0, 200.0, distance);
         }
         if distance > 3_000.0 {
-            let ridge = 1.0 - 1.7 * fractal(place / 1_900.0, 7, footprint / 1_900.0, 28).abs();
-            let coast = smoothstep(3_400.0, 7_000.0, distance) * smoothstep(-0.30, 0.35, gradient(place / 5_000.0 + 3.3, 29));
-            height += 900.0 * coast * ridge.max(0.0).powi(3);
+            let ridge = 1.0 - 1.9 * fractal(place / 2_600.0, 5, 0.01, 28).abs();
+            let coast =
+                smoothstep(3_400.0, 7_000.0, distance) * smoothstep(-0.30, 0.35, gradient(place / 5_000.0 + 3.3, 29));
+            height += 800.0 * coast * ridge.max(0.0).powi(2);
         }
         height
     }
@@ -71,7 +81,9 @@ impl Landscape for Ice {
         let (inside, id) = Self::inside(place, footprint);
         let freeboard = (0.25 + 0.2 * ((id >> 8) & 0xff) as f32 / 255.0) * smoothstep(-0.02, 0.14, inside);
         // Where floes are pushed together, blocks pile up along the edge.
-        let pushed = smoothstep(0.1, 0.45, gradient(place / 23.0, 30)) * smoothstep(1.6, 0.2, inside) * smoothstep(0.0, 0.2, inside);
+        let pushed = smoothstep(0.1, 0.45, gradient(place / 23.0, 30))
+            * smoothstep(1.6, 0.2, inside)
+            * smoothstep(0.0, 0.2, inside);
         let blocks = 0.75 * pushed * (0.4 + fractal(place / 0.9, 4, footprint / 0.9, 31)).max(0.0);
         // Wind draws snow into long drifts.
         let wind = Vec2::from_angle(0.5).rotate(place);
