@@ -1,0 +1,103 @@
+//! Pictures that were looked at, and have to stay as they are.
+//!
+//! Reference pictures lie in `tests/golden`. To draw them anew, and look at them:
+//!
+//! ```text
+//! PLANISH_GOLDEN=write cargo test -p planish-viewer --test gpu golden
+//! ```
+
+use crate::support::{duck, no_complaints, renderer, repository, small};
+use image::{Rgba, RgbaImage};
+use planish_viewer::gpu::Backend;
+use planish_viewer::lights::{Light, LightKind};
+use planish_viewer::settings::{Normals, Overlay, Sampling, Settings, Shading};
+use std::path::Path;
+
+/// Root of the mean square of the differences of all channels, bytes. Other versions of the driver round otherwise and
+/// cover other pixels at silhouettes.
+const RMS: f64 = 1.5;
+
+fn pictures() -> Vec<(String, Settings)> {
+    let base = small([160, 120]);
+    let name = |kind: &str, value: &dyn std::fmt::Debug| {
+        let words: String = format!("{value:?}").chars().take_while(|c| c.is_alphanumeric()).collect();
+        format!("{kind}-{}", words.to_lowercase())
+    };
+    let mut all = Vec::new();
+    for &shading in Shading::ALL {
+        all.push((name("shading", &shading), Settings { shading, ..base.clone() }));
+    }
+    for overlay in [Overlay::Wireframe, Overlay::Seams] {
+        let mut settings = Settings { overlay, ..base.clone() };
+        // Near enough to tell one triangle from the next.
+        settings.camera.distance = 0.35;
+        all.push((name("overlay", &overlay), settings));
+    }
+    for &sampling in Sampling::ALL {
+        all.push((name("sampling", &sampling), Settings { sampling, shading: Shading::Texture, ..base.clone() }));
+    }
+    for &normals in Normals::ALL {
+        let mut settings = base.clone();
+        settings.displace.normals = normals;
+        all.push((name("normals", &normals), settings));
+    }
+    for kind in
+        [LightKind::Directional, LightKind::Spot { distance: 2.5, angle: 30.0 }, LightKind::Point { distance: 1.4 }]
+    {
+        let lights = vec![Light { kind, ..base.lights[0] }];
+        all.push((name("light", &kind), Settings { lights, ..base.clone() }));
+    }
+    all
+}
+
+#[test]
+fn pictures_are_as_they_were() {
+    let renderer = renderer(Backend::Vulkan);
+    let scene = duck().scene();
+    let uploaded = renderer.upload(&scene);
+    let failures: Vec<String> = pictures()
+        .iter()
+        .filter_map(|(name, settings)| compare(name, &renderer.image_of(&uploaded, &scene, settings)).err())
+        .collect();
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+    no_complaints(&renderer);
+}
+
+/// Compares with the reference; leaves the picture and the difference behind where they are not alike.
+pub(crate) fn compare(name: &str, picture: &RgbaImage) -> Result<(), String> {
+    let place = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(format!("{name}.png"));
+    if std::env::var_os("PLANISH_GOLDEN").is_some_and(|v| v == "write") {
+        picture.save(&place).unwrap();
+        return Ok(());
+    }
+    let left = repository().join("target/golden");
+    let leave = |image: &RgbaImage, suffix: &str| {
+        std::fs::create_dir_all(&left).unwrap();
+        image.save(left.join(format!("{name}.{suffix}.png"))).unwrap();
+    };
+    let Ok(reference) = image::open(&place).map(image::DynamicImage::into_rgba8) else {
+        leave(picture, "actual");
+        return Err(format!("{name}: there is no reference {}; the picture is in {}", place.display(), left.display()));
+    };
+    if reference.dimensions() != picture.dimensions() {
+        leave(picture, "actual");
+        return Err(format!("{name}: {:?} and not {:?} pixels", picture.dimensions(), reference.dimensions()));
+    }
+    let squares = picture.iter().zip(reference.iter()).map(|(a, b)| f64::from(a.abs_diff(*b)).powi(2));
+    let rms = (squares.sum::<f64>() / picture.len() as f64).sqrt();
+    if rms <= RMS {
+        return Ok(());
+    }
+    leave(picture, "actual");
+    leave(&difference(picture, &reference), "difference");
+    Err(format!("{name}: root mean square of the differences {rms:.2} > {RMS}; see {}", left.display()))
+}
+
+/// Eight times the differences.
+fn difference(a: &RgbaImage, b: &RgbaImage) -> RgbaImage {
+    RgbaImage::from_fn(a.width(), a.height(), |x, y| {
+        let (a, b) = (a.get_pixel(x, y).0, b.get_pixel(x, y).0);
+        let [r, g, b] = [0, 1, 2].map(|c| a[c].abs_diff(b[c]).saturating_mul(8));
+        Rgba([r, g, b, 255])
+    })
+}
