@@ -125,7 +125,7 @@ impl Light {
         let direction = Vec3::new(azimuth.sin() * flat, elevation.sin(), azimuth.cos() * flat);
         match self.anchor {
             Anchor::Camera => view.world_from_view * direction,
-            Anchor::Model => view.world_from_front * direction,
+            Anchor::Model | Anchor::Sun => view.world_from_front * direction,
         }
     }
 

@@ -194,9 +194,10 @@ fn eyes(light: &Light, lamp: &Lamp, shadow: &Shadow, bounds: Sphere, floor: Opti
         let clip_from_world = clip_from_view * view(axes(to_light), eye);
         Eye { clip_from_world, near, far, rays: Rays::Parallel(half), light_size: tangent }
     };
-    let from = |eye: Vec3, axes: Mat3, half: f32, behind: f32| {
+    // `slant`: the least that a distance from the eye is worth along the axis.
+    let from = |eye: Vec3, axes: Mat3, half: f32, behind: f32, slant: f32| {
         let distance = eye.distance(bounds.centre);
-        let near = (distance - SLACK * radius).max(NEAREST * radius);
+        let near = (slant * (distance - SLACK * radius)).max(NEAREST * radius);
         let far = distance + behind;
         let clip_from_world = directx::perspective(2.0 * half.atan(), 1.0, near, far) * view(axes, eye);
         Eye { clip_from_world, near, far, rays: Rays::Perspective(half), light_size: tangent * distance }
@@ -206,18 +207,20 @@ fn eyes(light: &Light, lamp: &Lamp, shadow: &Shadow, bounds: Sphere, floor: Opti
             let eye = bounds.centre + 4.0 * radius * to_light;
             // The cone about the sphere.
             let half = 1.02 * shadow.extent / 15.0f32.sqrt();
-            vec![from(eye, axes(to_light), half, behind(to_light))]
+            vec![from(eye, axes(to_light), half, behind(to_light), 1.0)]
         }
         (LightKind::Directional, _) | (LightKind::Spot { .. }, LightProjection::Orthographic) => {
             vec![far_away(to_light)]
         }
         (LightKind::Spot { angle, .. }, _) => {
             let half = (0.5 * angle.to_radians()).tan();
-            vec![from(lamp.place.truncate(), axes(to_light), half, behind(to_light))]
+            vec![from(lamp.place.truncate(), axes(to_light), half, behind(to_light), 1.0)]
         }
         (LightKind::Point { .. }, _) => {
             let reach = behind((lamp.place.truncate() - bounds.centre).normalize_or(to_light));
-            FACES.map(|face| from(lamp.place.truncate(), face.transpose(), FACE, reach)).to_vec()
+            // The corners of a cube are the furthest from the axes.
+            let slant = 3.0f32.sqrt().recip();
+            FACES.map(|face| from(lamp.place.truncate(), face.transpose(), FACE, reach, slant)).to_vec()
         }
     }
 }

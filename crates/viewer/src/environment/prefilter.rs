@@ -7,7 +7,6 @@
 
 use super::cube::CubeMap;
 use glam::{Quat, Vec3};
-use rayon::prelude::*;
 use std::f32::consts::{PI, TAU};
 
 /// Texels along a side of the last level.

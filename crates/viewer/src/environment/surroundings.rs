@@ -160,8 +160,9 @@ mod tests {
 
     /// Radiance is where it comes from.
     fn scene() -> Scene {
-        let environment = Environment::new(CubeMap::from_fn(64, |d| 0.5 + 0.5 * d));
-        Scene { environment: Some(environment), ..Scene::new(Mesh::default()).unwrap() }
+        let mut scene = Scene::new(Mesh::default()).unwrap();
+        scene.environment = Some(Environment::new(CubeMap::from_fn(64, |d| 0.5 + 0.5 * d)));
+        scene
     }
 
     fn at_yaw_0(up: UpAxis, rotation: f32) -> Settings {
