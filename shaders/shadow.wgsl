@@ -1,5 +1,5 @@
 // What lies in a light's shadow. Maps are read texel by texel, because filters of hardware compare with few bits, and
-// percentage-closer soft shadows need the depths themselves.
+// percentage-closer soft shadows need the depths themselves. Twin of viewer/src/software/shadows.rs.
 struct Eye {
     clip_from_world: mat4x4f,
     world_from_clip: mat4x4f,
@@ -37,6 +37,8 @@ struct Shadows {
 
 @group(0) @binding(1) var<uniform> shadows: Shadows;
 @group(0) @binding(2) var shadow_maps: texture_2d_array<f32>;
+// The nearest texel: to OpenGL a depth texture that is read without a sampler is incomplete, and black.
+@group(0) @binding(7) var shadow_sampler: sampler;
 
 /// Depth in a map, 0..1.
 fn stored_depth(eye: u32, texel: vec2i) -> f32 {
@@ -45,7 +47,7 @@ fn stored_depth(eye: u32, texel: vec2i) -> f32 {
     if shadows.outside == OUTSIDE_REPEATED {
         inside = ((texel % size) + size) % size;
     }
-    return textureLoad(shadow_maps, inside, eye, 0).r;
+    return textureSampleLevel(shadow_maps, shadow_sampler, (vec2f(inside) + 0.5) / vec2f(size), eye, 0.0).r;
 }
 
 /// World units along the axis of an eye.

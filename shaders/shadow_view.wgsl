@@ -21,7 +21,7 @@ fn fs_shadow_view(in: Screen) -> @location(0) vec4f {
     }
     let size = vec2f(textureDimensions(shadow_maps));
     let eye = shadows.eyes[shadows.shown];
-    let depth = textureLoad(shadow_maps, vec2i(min((0.5 * at + 0.5) * size, size - 1.0)), shadows.shown, 0).r;
+    let depth = stored_depth(shadows.shown, vec2i((0.5 * at + 0.5) * size));
     let grey = (distance_from_depth(eye, depth) - eye.near) / (eye.far - eye.near);
     return vec4f(linear_from_srgb(vec3f(grey)), 1.0);
 }

@@ -35,7 +35,7 @@ impl Layouts {
         Self {
             frame: group(
                 "frame",
-                &[UNIFORM, UNIFORM, LAYERS, UNIFORM, CUBE, SAMPLER, UNIFORM]
+                &[UNIFORM, UNIFORM, LAYERS, UNIFORM, CUBE, SAMPLER, UNIFORM, NEAREST]
                     .map(|kind| (ShaderStages::VERTEX_FRAGMENT, kind)),
             ),
             caster: group("caster", &[(ShaderStages::VERTEX, ONE_OF_MANY)]),
@@ -54,6 +54,7 @@ const UNIFORM: wgpu::BindingType = buffer(wgpu::BufferBindingType::Uniform);
 const READ: wgpu::BindingType = buffer(wgpu::BufferBindingType::Storage { read_only: true });
 const WRITE: wgpu::BindingType = buffer(wgpu::BufferBindingType::Storage { read_only: false });
 const SAMPLER: wgpu::BindingType = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
+const NEAREST: wgpu::BindingType = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::NonFiltering);
 /// Only ever read texel by texel.
 const EXACT: wgpu::BindingType = texture(wgpu::TextureSampleType::Float { filterable: false });
 const FILTERED: wgpu::BindingType = texture(wgpu::TextureSampleType::Float { filterable: true });

@@ -124,6 +124,7 @@ impl Lighting {
             uniform(bytemuck::bytes_of(&ground.unwrap_or_default())),
         ];
         let [shadow_buffer, environment, ground_buffer] = buffers.each_ref().map(wgpu::Buffer::as_entire_binding);
+        let nearest = device.create_sampler(&wgpu::SamplerDescriptor::default());
         let resources = [
             uploaded.frame.as_entire_binding(),
             shadow_buffer,
@@ -132,6 +133,7 @@ impl Lighting {
             wgpu::BindingResource::TextureView(&uploaded.environment),
             wgpu::BindingResource::Sampler(&uploaded.environment_sampler),
             ground_buffer,
+            wgpu::BindingResource::Sampler(&nearest),
         ];
         Self {
             frame_bindings: bind(device, &layouts.frame, &resources),
