@@ -20,19 +20,22 @@ use planish_viewer::renderer::Renderer;
 use planish_viewer::scene::{Mesh, Scene, Triangle};
 use planish_viewer::settings::{Displace, Material, Settings, Size};
 use planish_viewer::shadow::{Casters, Filter, LightProjection, Outside, Shadow};
+use std::sync::{LazyLock, Mutex, PoisonError};
 
 /// Draws on every adapter; complains if the validation of wgpu does.
 fn draw(scene: &Scene, settings: &Settings, mut check: impl FnMut(&RgbaImage, &str)) {
+    static RENDERERS: LazyLock<[Mutex<Renderer>; 2]> =
+        LazyLock::new(|| [Backend::Vulkan, Backend::Gl].map(|backend| Mutex::new(Renderer::new(Gpu::open(backend).unwrap()))));
     settings.check().unwrap();
-    for backend in [Backend::Vulkan, Backend::Gl] {
-        let Ok(gpu) = Gpu::open(backend) else {
-            eprintln!("skipped: no adapter for {backend:?}");
-            continue;
+    for (renderer, backend) in RENDERERS.iter().zip(["Vulkan", "OpenGL"]) {
+        let image = {
+            // A test that failed leaves nothing behind in it.
+            let renderer = renderer.lock().unwrap_or_else(PoisonError::into_inner);
+            let image = renderer.image(scene, settings);
+            assert_eq!(renderer.gpu().complaints(), Vec::<String>::new(), "{backend}");
+            image
         };
-        let renderer = Renderer::new(gpu);
-        let image = renderer.image(scene, settings);
-        assert_eq!(renderer.gpu().complaints(), Vec::<String>::new(), "{backend:?}");
-        check(&image, &format!("{backend:?}"));
+        check(&image, backend);
     }
 }
 
@@ -53,13 +56,13 @@ fn plate(depth: f32) -> Scene {
     scene(positions, vec![Vec3::Y; 7], &[TWO[0], TWO[1], [4, 5, 6]])
 }
 
-/// A cube with corners at ±0.5.
-fn block() -> Scene {
+/// A box with corners at ±0.5, ±`half`, ±0.5.
+fn block(half: f32) -> Scene {
     let (mut positions, mut normals, mut triangles) = (Vec::new(), Vec::new(), Vec::new());
     for n in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z] {
         let (a, b) = n.any_orthonormal_pair();
         let first = positions.len() as u32;
-        positions.extend([-a - b, a - b, a + b, b - a].map(|p| 0.5 * (n + p)));
+        positions.extend([-a - b, a - b, a + b, b - a].map(|p| Vec3::new(0.5, half, 0.5) * (n + p)));
         normals.extend([n; 4]);
         triangles.extend(TWO.map(|t| t.map(|i| first + i)));
     }
@@ -225,7 +228,7 @@ fn without_bias_there_is_acne_and_with_it_none() {
     darker(&scene, hard, |share| assert!(share == 0.0, "{share}"));
     // Only what faces away from the light is in the map, far behind what is lit.
     let back = Shadow { casters: Casters::BackFaces, slope_bias: 0.0, least_bias: 1e-4, ..hard };
-    darker(&block(), back, |share| assert!(share < 1e-3, "{share}"));
+    darker(&block(0.5), back, |share| assert!(share < 1e-3, "{share}"));
     for filter in [Filter::Pcf, Filter::Pcss] {
         darker(&scene, Shadow { filter, kernel: 7, size: 1024, ..hard }, |share| {
             assert!(share < 2e-3, "{filter:?} {share}")
@@ -235,9 +238,9 @@ fn without_bias_there_is_acne_and_with_it_none() {
 
 #[test]
 fn too_much_bias_takes_the_shadow_off_its_caster() {
-    let scene = block();
-    // The ground right behind the block, seen from behind; the light comes from the front.
-    let behind = Vec3::new(0.0, -0.5, -0.53);
+    let scene = block(0.05);
+    // The ground right behind a slab, seen from behind; the light comes from the front and over it.
+    let behind = Vec3::new(0.0, -0.05, -0.53);
     let cases = [
         (Shadow::default(), 0),
         (Shadow { slope_bias: 0.3, least_bias: 0.3, ..Shadow::default() }, 1),
@@ -259,7 +262,7 @@ fn what_no_light_sees_is_lit() {
     let scene = plate(0.3);
     // A map that covers the middle of the plate alone: elsewhere there is no shadow, unless it is repeated.
     let narrow = |outside| Shadow { extent: 0.3, outside, ..filtered(Filter::Hard) };
-    let row: Vec<Vec3> = (2..30).map(|i| Vec3::new(0.05 * i as f32, -0.3, 0.8)).collect();
+    let row: Vec<Vec3> = (2..20).map(|i| Vec3::new(0.05 * i as f32, -0.3, 0.8)).collect();
     for (outside, dark) in [(Outside::Lit, false), (Outside::Repeated, true)] {
         let settings = lit_by(FAR, narrow(outside));
         let clip = clip_from_world(&scene, &settings);
@@ -285,12 +288,12 @@ fn shadows_follow_the_displaced_surface() {
     };
     let vertices = scene.mesh().positions.iter().enumerate().map(vertex).collect();
     scene.relief = Some(Relief::new(scene.mesh(), map, vertices, Sense::PutOn));
-    for lambda in [0.0, 0.8] {
+    for lambda in [0.0, 0.3] {
         let displace = Displace { lambda, ..Displace::default() };
         let settings = Settings { displace, ..lit_by(FAR, filtered(Filter::Hard)) };
         let clip = clip_from_world(&scene, &settings);
         // The plate moves to the right by λ.
-        let [stays, moves] = [-0.4, 0.9].map(|x| thrown(Vec3::new(x, 0.0, 0.0), &scene, FAR, -1.0));
+        let [stays, moves] = [-0.4, 0.7].map(|x| thrown(Vec3::new(x, 0.0, 0.0), &scene, FAR, -1.0));
         draw(&scene, &settings, |image, backend| {
             let dark = [stays, moves].map(|place| brightness(image, clip, place) == 0);
             assert_eq!(dark, [lambda == 0.0, lambda > 0.0], "{lambda} {backend}");

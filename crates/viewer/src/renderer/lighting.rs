@@ -31,7 +31,8 @@ impl Maps {
     fn new(gpu: &Gpu, size: u32, count: u32) -> Self {
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("shadow maps"),
-            size: wgpu::Extent3d { width: size, height: size, depth_or_array_layers: count },
+            // OpenGL takes a single layer for no array.
+            size: wgpu::Extent3d { width: size, height: size, depth_or_array_layers: count.max(2) },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
