@@ -7,18 +7,18 @@ use planish_viewer::open::Files;
 use planish_viewer::settings::{Normals, Overlay, Sampling, Settings, Shading, Size};
 use std::path::PathBuf;
 
-/// Draws a mesh.
+/// Shows a mesh and its displacement map in a window, or draws it into a file.
 ///
 /// Exit status: 0 done, 1 failed, 2 bad input or usage.
 #[derive(Debug, Parser)]
 #[command(name = "planish-viewer", version)]
 pub(crate) struct Args {
-    /// Mesh to draw, or the manifest of a map with its mesh.
+    /// Mesh to show, or the manifest of a map with its mesh.
     #[arg(value_name = "IN.obj|MAP.planish.json")]
-    input: PathBuf,
+    pub(crate) input: Option<PathBuf>,
 
     /// The mesh's map; without one it is baked with the defaults.
-    #[arg(long, value_name = "MAP.planish.json", conflicts_with = "heights")]
+    #[arg(long, value_name = "MAP.planish.json", conflicts_with = "heights", requires = "headless")]
     map: Option<PathBuf>,
 
     /// Strength of the map: 0 draws the mesh as it is, 1 denoised [default: what the map says].
@@ -37,20 +37,24 @@ pub(crate) struct Args {
     #[arg(long, value_name = "S.json", requires = "headless")]
     pub(crate) save_settings: Option<PathBuf>,
 
+    /// Write what happens in the window into this file, one JSON object a line: the time of each frame, and the state.
+    #[arg(long, value_name = "OUT.jsonl", conflicts_with = "headless")]
+    pub(crate) log: Option<PathBuf>,
+
     /// What draws.
     #[arg(long, value_enum, default_value_t)]
     pub(crate) backend: Backend,
 
     /// Base colour (PNG, JPEG) instead of the one that the material names.
-    #[arg(long, value_name = "IN.png")]
+    #[arg(long, value_name = "IN.png", requires = "headless")]
     texture: Option<PathBuf>,
 
     /// Tangent-space normals, green up (PNG), instead of those of the map.
-    #[arg(long, value_name = "IN.png")]
+    #[arg(long, value_name = "IN.png", requires = "headless")]
     normal_map: Option<PathBuf>,
 
     /// Heights (PNG) that are put on the mesh instead of a map that takes noise off: p + λ (bias + scale · grey) n.
-    #[arg(long, value_name = "IN.png")]
+    #[arg(long, value_name = "IN.png", requires = "headless")]
     heights: Option<PathBuf>,
 
     /// Height at texel 0, model units [default: the map's; 0 with --heights].
@@ -66,7 +70,7 @@ pub(crate) struct Args {
     normals: Option<Normals>,
 
     /// Numbers for --shading heat: text, one for each `v` line.
-    #[arg(long, value_name = "IN.txt")]
+    #[arg(long, value_name = "IN.txt", requires = "headless")]
     pub(crate) scalars: Option<PathBuf>,
 
     /// Pixels.
@@ -97,12 +101,13 @@ pub(crate) struct Args {
 impl Args {
     /// Which files are read.
     pub(crate) fn files(&self) -> Result<Files, Failure> {
-        let is_manifest = self.input.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+        let none = || Failure::Usage("--headless needs a mesh to draw".to_owned());
+        let input = self.input.clone().ok_or_else(none)?;
+        let is_manifest = input.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
         if is_manifest && self.map.is_some() {
             return Err(Failure::Usage("give the map once: as the first argument or with --map".to_owned()));
         }
-        let input = || Some(self.input.clone());
-        let (mesh, map) = if is_manifest { (None, input()) } else { (input(), self.map.clone()) };
+        let (mesh, map) = if is_manifest { (None, Some(input)) } else { (Some(input), self.map.clone()) };
         Ok(Files {
             mesh,
             map,

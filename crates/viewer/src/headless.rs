@@ -1,4 +1,4 @@
-//! Files in, a picture out.
+//! Files in, a picture out, or a window.
 
 use crate::args::Args;
 use image::{ImageFormat, RgbaImage};
@@ -9,6 +9,7 @@ use planish_viewer::renderer::Renderer;
 use planish_viewer::scene::Scene;
 use planish_viewer::settings::{Settings, Shading};
 use planish_viewer::software;
+use planish_viewer::window::{self, NoWindow, Options};
 use std::io::{Cursor, Write as _};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -28,16 +29,16 @@ pub(crate) enum Failure {
     /// No adapter, and the processor is not asked for.
     #[error(transparent)]
     NoGpu(#[from] NoGpu),
-    /// No `--headless`.
-    #[error("the window is not part of this version; draw into a file with --headless OUT.png")]
-    NoWindow,
+    /// No display, or no adapter that draws to it.
+    #[error(transparent)]
+    NoWindow(#[from] NoWindow),
 }
 
 impl Failure {
     /// Exit status.
     pub(crate) fn status(&self) -> u8 {
         match self {
-            Self::Output { .. } | Self::NoWindow | Self::NoGpu(_) => 1,
+            Self::Output { .. } | Self::NoWindow(_) | Self::NoGpu(_) => 1,
             Self::Input(_) | Self::Usage(_) => 2,
         }
     }
@@ -45,14 +46,33 @@ impl Failure {
 
 /// Does what the command line says.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let output = args.headless.as_deref().ok_or(Failure::NoWindow)?;
+    let settings = settings(args)?;
+    match &args.headless {
+        Some(output) => picture(args, output, settings),
+        None if args.backend == Backend::Software => {
+            Err(Failure::Usage("--backend software draws into a file; name it with --headless OUT.png".to_owned()))
+        }
+        None => Ok(window::run(Options {
+            open: args.input.clone(),
+            backend: args.backend,
+            settings,
+            log: args.log.clone(),
+        })?),
+    }
+}
+
+fn settings(args: &Args) -> Result<Settings, Failure> {
     let bad_settings = |path: &Path, e: &dyn ToString| BadFile { path: path.to_owned(), reason: e.to_string() };
     let settings = match &args.settings {
         Some(path) => Settings::from_json(&open::read(path)?).map_err(|e| bad_settings(path, &e))?,
         None => Settings::default(),
     };
-    let mut settings = args.override_settings(settings);
+    let settings = args.override_settings(settings);
     settings.check().map_err(|e| Failure::Usage(e.to_string()))?;
+    Ok(settings)
+}
+
+fn picture(args: &Args, output: &Path, mut settings: Settings) -> Result<(), Failure> {
     if settings.shading == Shading::Heat && args.scalars.is_none() {
         return Err(Failure::Usage("heat shading needs numbers: --scalars IN.txt".to_owned()));
     }

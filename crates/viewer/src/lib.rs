@@ -20,6 +20,7 @@
 //! # Ok::<(), SceneError>(())
 //! ```
 
+pub mod app;
 pub mod camera;
 pub mod colormap;
 pub mod colour;
@@ -37,3 +38,4 @@ pub mod shaders;
 mod shading;
 pub mod software;
 pub mod texture;
+pub mod window;

@@ -6,7 +6,7 @@ use crate::settings::{Settings, Shading};
 use crate::texture::{Content, Texture};
 use image::ImageReader;
 use planish_geometry::apply;
-use planish_geometry::bundle::{self, Belongings, Names};
+use planish_geometry::bundle::{self, Belongings, Bundle, Names};
 use planish_geometry::displacement::{Displacement, Encoding, MapKind, TexelFormat};
 use planish_geometry::manifest::{Manifest, NormalMapEntry};
 use planish_geometry::materials;
@@ -122,13 +122,18 @@ fn bake(scene: &mut Scene, model: &Model, mesh: &Path, progress: &dyn Progress) 
     let names = Names { source: format!("{name}.obj"), stem: name.clone(), carrier: format!("{name}.planish") };
     let bundle = bundle::bake(model, &names, Belongings::NONE, &bundle::Settings::default(), progress)
         .map_err(BadFile::at(mesh))?;
+    dress(scene, model, mesh, &bundle)?;
+    Ok(bundle.manifest)
+}
+
+/// Puts a map that was baked from the model, but perhaps not written, on its scene.
+pub fn dress(scene: &mut Scene, model: &Model, mesh: &Path, bundle: &Bundle) -> Result<(), BadFile> {
     let bytes = |name: &str| bundle.files.iter().find(|f| f.name == name).map_or(&[][..], |f| &f.bytes);
     let map = Path::new(&bundle.manifest.displacement.file);
     add_map(scene, model, &bundle.manifest, bytes(&bundle.manifest.displacement.file), map, mesh)?;
-    if let Some(entry) = &bundle.manifest.normal_map {
-        scene.normal_map = Some(normal_map(bytes(&entry.file), entry, Path::new(&entry.file))?);
-    }
-    Ok(bundle.manifest)
+    let entry = bundle.manifest.normal_map.as_ref();
+    scene.normal_map = entry.map(|e| normal_map(bytes(&e.file), e, Path::new(&e.file))).transpose()?;
+    Ok(())
 }
 
 fn add_map(

@@ -22,6 +22,8 @@ impl Folder {
 
     fn run(&self, line: &str) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_planish-viewer"));
+        // A window would wait for somebody to close it.
+        command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
         command.current_dir(&self.0).args(line.split_whitespace()).output().unwrap()
     }
 
