@@ -139,7 +139,7 @@ impl Shell {
             open.stage.draw(&mut open.screen, app, session, view, output.pixels_per_point);
         }
         let triangles = open.context.tessellate(output.shapes, output.pixels_per_point);
-        let waited = open.screen.paint(&triangles, &output.textures_delta, output.pixels_per_point);
+        let waited = open.screen.paint(&triangles, output.textures_delta, output.pixels_per_point);
         for complaint in open.stage.complaints() {
             app.say(MessageKind::Error, format!("the graphics driver: {complaint}"));
         }

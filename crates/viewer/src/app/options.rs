@@ -50,7 +50,8 @@ const fn knob(place: &'static str, label: &'static str, values: Values, help: &'
 }
 
 /// Smallest and largest of a number that is above zero, as on the command line.
-const [TINY, HUGE]: [f64; 2] = [1e-6, 1e6];
+const TINY: f64 = 1e-6;
+const HUGE: f64 = 1e6;
 const BOUNDARIES: Values = Values::Words(&["fixed", "free"]);
 
 /// In the order of the panel; a method shows those that it has.

@@ -77,13 +77,15 @@ impl Screen {
     pub(super) fn paint(
         &mut self,
         triangles: &[ClippedPrimitive],
-        textures: &TexturesDelta,
+        mut textures: TexturesDelta,
         pixels_per_point: f32,
     ) -> Duration {
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
         // Whatever becomes of this frame, the next ones need the textures.
-        for (id, delta) in &textures.set {
-            self.renderer.update_texture(device, queue, *id, delta);
+        for (id, deltas) in std::mem::take(&mut textures.set) {
+            for delta in &deltas {
+                self.renderer.update_texture(device, queue, id, delta);
+            }
         }
         let before = Instant::now();
         let frame = self.frame();
@@ -115,8 +117,8 @@ impl Screen {
             self.window.pre_present_notify();
             queue.present(frame);
         }
-        for id in &textures.free {
-            self.renderer.free_texture(id);
+        for id in std::mem::take(&mut textures.free) {
+            self.renderer.free_texture(&id);
         }
         waited
     }

@@ -157,7 +157,9 @@ fn pictures(ui: &Ui, rect: Rect, app: &App, session: &mut Session) {
             tag(&painter, rect.min + vec2(10.0, 10.0), egui::Align2::LEFT_TOP, words);
             ui.request_repaint_after_secs((BLINK - time % BLINK) as f32);
         }
-        _ => painter.image(with_map, rect, UNIT, Color32::WHITE),
+        _ => {
+            painter.image(with_map, rect, UNIT, Color32::WHITE);
+        }
     }
 }
 
@@ -194,7 +196,7 @@ fn legend(ui: &Ui, rect: Rect, app: &App) {
 
 /// Progress and messages, over the lower edge of the view.
 fn notices(ui: &Ui, rect: Rect, app: &mut App, session: &mut Session) {
-    let area = egui::Area::new(egui::Id::new("notices")).order(egui::Order::Middle);
+    let area = egui::Area::new(egui::Id::unique("notices")).order(egui::Order::Middle);
     let place = rect.left_bottom() + vec2(12.0, -12.0);
     area.pivot(egui::Align2::LEFT_BOTTOM).fixed_pos(place).constrain_to(rect).show(ui.ctx(), |ui| {
         ui.set_max_width((rect.width() - 24.0).min(640.0));

@@ -97,7 +97,8 @@ fn turn(ui: &mut Ui, knob: &Knob, value: &mut Value) -> egui::Response {
     match knob.values {
         Values::Count { usual } => {
             let mut count = value.as_u64().unwrap_or(0) as u32;
-            let slider = egui::Slider::new(&mut count, 0..=usual.max(count)).text(knob.label);
+            let most = usual.max(count);
+            let slider = egui::Slider::new(&mut count, 0..=most).text(knob.label);
             let response = ui.add(slider.clamping(egui::SliderClamping::Never));
             *value = count.min(100_000).into();
             response
