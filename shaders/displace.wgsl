@@ -6,7 +6,9 @@ struct Displacement {
     scale: f32,
     // Strength: 0 draws the noisy surface, 1 the denoised one.
     lambda: f32,
-    _pad: f32,
+    // What a texel says: 0 a height, 1 a vector in the axes of the model, 2 one in those of the vertex; 4 is added where
+    // each `v` line has a texel of its own.
+    kind: u32,
 }
 
 @group(1) @binding(0) var height_map: texture_2d<f32>;

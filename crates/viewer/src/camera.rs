@@ -66,6 +66,8 @@ pub struct View {
     pub clip_from_world: Mat4,
     /// Columns: right, up and back (towards the eye), in world space.
     pub world_from_view: Mat3,
+    /// Columns: the model's right, up and front, as its front is seen, in world space.
+    pub world_from_model: Mat3,
     /// The eye, homogeneous: a point in perspective, a direction (w = 0) if rays are parallel.
     pub eye_in_world: Vec4,
     /// The model's up axis, in world space.
@@ -79,7 +81,8 @@ impl Camera {
             UpAxis::Y => (Vec3::Y, Vec3::Z),
             UpAxis::Z => (Vec3::Z, Vec3::NEG_Y),
         };
-        let world_from_view = Mat3::from_cols(up.cross(front), up, front)
+        let world_from_model = Mat3::from_cols(up.cross(front), up, front);
+        let world_from_view = world_from_model
             * Mat3::from_rotation_y(self.yaw.to_radians())
             * Mat3::from_rotation_x(-self.pitch.to_radians());
         let back = world_from_view.z_axis;
@@ -94,8 +97,8 @@ impl Camera {
             Projection::Orthographic => 2.0 * radius,
         };
         let eye = bounds.centre + distance * back;
-        // A little room, so that rounding does not cut the nearest vertex off.
-        let reach = 1.01 * radius;
+        // Room for what a map lifts out of the bounds.
+        let reach = 1.5 * radius;
         let (near, far) = ((distance - reach).max(1e-3 * radius), distance + reach);
         let (clip_from_view, eye_in_world) = match self.projection {
             Projection::Perspective { field_of_view } => {
@@ -113,6 +116,7 @@ impl Camera {
         View {
             clip_from_world: clip_from_view * Mat4::from_mat3_translation(view_from_world, view_from_world * -eye),
             world_from_view,
+            world_from_model,
             eye_in_world,
             up_in_world: up,
         }

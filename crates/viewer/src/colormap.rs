@@ -19,7 +19,7 @@ pub enum Colormap {
 
 impl Colormap {
     /// Evenly spaced samples.
-    fn samples(self) -> &'static [Colour] {
+    pub(crate) fn samples(self) -> &'static [Colour] {
         match self {
             Self::Diverging => &COOL_WARM,
             Self::Sequential => &VIRIDIS,

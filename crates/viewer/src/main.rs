@@ -1,7 +1,10 @@
 //! `planish-viewer`: draws a mesh.
 
 mod args;
+mod failure;
+mod files;
 mod headless;
+mod load;
 
 use clap::Parser;
 use std::io::Write as _;

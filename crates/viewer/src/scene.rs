@@ -1,7 +1,11 @@
-//! What is drawn: one triangle mesh, ready for f32.
+//! What is drawn: one triangle mesh, ready for f32, and the maps and pictures on it.
 
 use crate::texture::Texture;
 use glam::{Vec2, Vec3};
+use planish_geometry::apply::ShaderVertex;
+use planish_geometry::displacement::Displacement;
+use planish_geometry::texture::tangents::Tangent;
+use std::ops::Range;
 use thiserror::Error;
 
 /// One triangle: for each corner, where to find its values.
@@ -28,6 +32,48 @@ pub struct Mesh {
     pub triangles: Vec<Triangle>,
     /// A number for each position, for heat maps.
     pub scalars: Option<Vec<f32>>,
+    /// MikkTSpace frames at the corners of each triangle; what tilts normals needs them.
+    pub tangents: Option<Vec<[Tangent; 3]>>,
+    /// Which triangles have which texture, one after the other; empty if all have the first.
+    pub groups: Vec<Group>,
+}
+
+/// Triangles with one texture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Group {
+    /// Into [`Mesh::triangles`].
+    pub triangles: Range<usize>,
+    /// Into [`Scene::textures`].
+    pub texture: Option<usize>,
+}
+
+/// A displacement map on a mesh.
+#[derive(Clone, Debug)]
+pub struct Carried {
+    /// The map.
+    pub map: Displacement,
+    /// The vertices as the map displaces them, one for each position. #V
+    pub vertices: Vec<ShaderVertex>,
+    /// How far the map leaves each vertex off its place at λ = 1, model units, where that is known. #V
+    pub errors: Option<Vec<f32>>,
+}
+
+/// A tangent-space normal map.
+#[derive(Clone, Debug)]
+pub struct NormalMap {
+    /// Linear: n = 2 · rgb − 1, green up.
+    pub texels: Texture,
+    /// What the frames that it was baked in have as normals.
+    pub frames: FrameNormals,
+}
+
+/// Normals of tangent frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrameNormals {
+    /// Those along which the displacement map displaces: one for each vertex.
+    Carrier,
+    /// Those that corners are lit with.
+    Corner,
 }
 
 /// A ball.
@@ -44,8 +90,13 @@ pub struct Sphere {
 pub struct Scene {
     mesh: Mesh,
     bounds: Sphere,
-    /// Base colour, for triangles that have texture coordinates.
-    pub texture: Option<Texture>,
+    carried: Option<Carried>,
+    /// Base colours, for triangles that have texture coordinates.
+    pub textures: Vec<Texture>,
+    /// For normals from a map.
+    pub normal_map: Option<NormalMap>,
+    /// Heights in red, for bumps and displacement as an effect.
+    pub relief: Option<Texture>,
 }
 
 /// Why arrays are not a mesh.
@@ -65,6 +116,28 @@ pub enum SceneError {
         /// Positions.
         expected: usize,
     },
+    /// There must be one vertex of the map per position.
+    #[error("the map displaces {found} of {expected} vertices")]
+    CarriedCount {
+        /// Vertices of the map.
+        found: usize,
+        /// Positions.
+        expected: usize,
+    },
+    /// There must be three tangents per triangle.
+    #[error("tangents for {found} of {expected} triangles")]
+    TangentCount {
+        /// Triples of tangents.
+        found: usize,
+        /// Triangles.
+        expected: usize,
+    },
+    /// Groups must cover the triangles one after the other.
+    #[error("the group of triangle {triangle} does not follow the one before")]
+    Groups {
+        /// Zero-based, the first of the group, or the number of triangles if the last groups are missing.
+        triangle: usize,
+    },
 }
 
 impl Scene {
@@ -80,12 +153,57 @@ impl Scene {
             return Err(SceneError::CornerOutOfRange { triangle });
         }
         let expected = mesh.positions.len();
-        match &mesh.scalars {
-            Some(scalars) if scalars.len() != expected => {
-                Err(SceneError::ScalarCount { found: scalars.len(), expected })
-            }
-            _ => Ok(Self { bounds: bounds(&mesh), mesh, texture: None }),
+        if let Some(found) = mesh.scalars.as_ref().map(Vec::len).filter(|found| *found != expected) {
+            return Err(SceneError::ScalarCount { found, expected });
         }
+        let expected = mesh.triangles.len();
+        if let Some(found) = mesh.tangents.as_ref().map(Vec::len).filter(|found| *found != expected) {
+            return Err(SceneError::TangentCount { found, expected });
+        }
+        let mut end = 0;
+        for group in &mesh.groups {
+            if group.triangles.start != end || group.triangles.end < end {
+                return Err(SceneError::Groups { triangle: group.triangles.start });
+            }
+            end = group.triangles.end;
+        }
+        if !mesh.groups.is_empty() && end != expected {
+            return Err(SceneError::Groups { triangle: end });
+        }
+        let bounds = bounds(&mesh);
+        Ok(Self { mesh, bounds, carried: None, textures: Vec::new(), normal_map: None, relief: None })
+    }
+
+    /// Puts a displacement map on the mesh. Its vertices take the place of the mesh's positions.
+    pub fn carry(&mut self, carried: Carried) -> Result<(), SceneError> {
+        let (found, expected) = (carried.vertices.len(), self.mesh.positions.len());
+        if found != expected || carried.errors.as_ref().is_some_and(|errors| errors.len() != expected) {
+            return Err(SceneError::CarriedCount { found, expected });
+        }
+        for (position, vertex) in self.mesh.positions.iter_mut().zip(&carried.vertices) {
+            *position = vertex.position;
+        }
+        self.bounds = bounds(&self.mesh);
+        self.carried = Some(carried);
+        Ok(())
+    }
+
+    /// The displacement map.
+    pub fn carried(&self) -> Option<&Carried> {
+        self.carried.as_ref()
+    }
+
+    /// Which triangles have which texture.
+    pub fn groups(&self) -> Vec<Group> {
+        if self.mesh.groups.is_empty() {
+            return vec![Group { triangles: 0..self.mesh.triangles.len(), texture: Some(0) }];
+        }
+        self.mesh.groups.clone()
+    }
+
+    /// The texture of a group.
+    pub fn texture(&self, group: &Group) -> Option<&Texture> {
+        group.texture.and_then(|i| self.textures.get(i))
     }
 
     /// The arrays.

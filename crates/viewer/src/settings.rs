@@ -1,35 +1,59 @@
-//! One value that says everything about a picture: what headless mode loads, and what a reference
+//! One value that says everything about a picture: what sliders write, what headless mode loads, and what a reference
 //! image is drawn from.
 
-use crate::camera::{Camera, Projection};
-use crate::colormap::Colormap;
-use crate::colour::Colour;
-use crate::lights::{Ambient, Light, MAX_LIGHTS};
-use clap::ValueEnum;
+mod check;
+mod lines;
+mod map;
+mod shading;
+mod surroundings;
+
+pub use check::SettingsError;
+pub use lines::Overlay;
+pub use map::{Map, Normals, Relief};
+pub use shading::{Checker, Filter, Heat, HeatSource, Material, Pattern, Range, Sampling, Shading};
+pub use surroundings::{Background, Environment, Ground, Reach, ShadowCulling, ShadowFilter, Shadows, Surroundings};
+
+use crate::camera::Camera;
+use crate::lights::{Ambient, Light};
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
-use thiserror::Error;
 
 /// All that a picture depends on, beside the scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
-    /// Of the picture.
+    /// Of the picture. Who draws into a window takes the size of the window instead.
     pub size: Size,
     /// Samples per pixel in each direction, averaged in linear light.
     pub supersampling: u32,
+    /// Whether the GPU finds edges at four places in each of these samples (MSAA) and shades at one.
+    pub multisampling: Multisampling,
     /// Where the picture is taken from.
     pub camera: Camera,
+    /// What the displacement map does.
+    pub map: Map,
     /// What the surface shows.
     pub shading: Shading,
     /// What the surface is made of.
     pub material: Material,
-    /// At most [`MAX_LIGHTS`].
+    /// How pictures on the surface are sampled.
+    pub sampling: Sampling,
+    /// For [`Shading::Bump`] and [`Shading::Displacement`].
+    pub relief: Relief,
+    /// At most [`MAX_LIGHTS`](crate::lights::MAX_LIGHTS).
     pub lights: Vec<Light>,
     /// Light from everywhere.
     pub ambient: Ambient,
-    /// Behind the model.
+    /// Shadows of all lights that cast one.
+    pub shadows: Shadows,
+    /// What the model stands on.
+    pub ground: Ground,
+    /// What it is surrounded by.
+    pub environment: Environment,
+    /// Behind all this.
     pub background: Background,
+    /// Lines on the surface.
+    pub overlay: Overlay,
     /// For [`Shading::Checker`].
     pub checker: Checker,
     /// For [`Shading::Heat`].
@@ -41,12 +65,20 @@ impl Default for Settings {
         Self {
             size: Size::default(),
             supersampling: 3,
+            multisampling: Multisampling::default(),
             camera: Camera::default(),
+            map: Map::default(),
             shading: Shading::default(),
             material: Material::default(),
+            sampling: Sampling::default(),
+            relief: Relief::default(),
             lights: Light::key_and_fill(),
             ambient: Ambient::default(),
+            shadows: Shadows::default(),
+            ground: Ground::default(),
+            environment: Environment::default(),
             background: Background::default(),
+            overlay: Overlay::default(),
             checker: Checker::default(),
             heat: Heat::default(),
         }
@@ -61,6 +93,13 @@ pub struct Size {
     pub width: u32,
     /// Rows.
     pub height: u32,
+}
+
+impl Size {
+    /// Width / height.
+    pub fn aspect(self) -> f32 {
+        self.width as f32 / self.height as f32
+    }
 }
 
 impl Default for Size {
@@ -79,118 +118,15 @@ impl FromStr for Size {
     }
 }
 
-/// What the surface shows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+/// Samples at which the GPU finds edges; the software renderer knows supersampling only.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Shading {
-    /// Lit with the normal of each triangle: shows the noise as it is.
-    Flat,
-    /// Lit with vertex normals.
+pub enum Multisampling {
+    /// One.
     #[default]
-    Smooth,
-    /// Vertex normals as colours: n in model space is (2·rgb − 1) of the stored values.
-    Normals,
-    /// A chequered texture: shows how the texture coordinates stretch.
-    Checker,
-    /// A number per vertex through a colour map.
-    Heat,
-}
-
-/// What the surface is made of (Blinn-Phong).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Material {
-    /// Where the scene has no texture.
-    pub colour: Colour,
-    /// Strength of the highlight.
-    pub specular: f32,
-    /// Sharpness of the highlight.
-    pub exponent: f32,
-}
-
-impl Default for Material {
-    /// Unglazed clay.
-    fn default() -> Self {
-        Self { colour: Colour::hex(0xe2c4ae), specular: 0.12, exponent: 28.0 }
-    }
-}
-
-/// A vertical gradient.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Background {
-    /// In the first row.
-    pub top: Colour,
-    /// In the last row.
-    pub bottom: Colour,
-}
-
-impl Default for Background {
-    fn default() -> Self {
-        Self { top: Colour::hex(0xf6f6f5), bottom: Colour::hex(0xd2d5d9) }
-    }
-}
-
-/// A chequered texture.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Checker {
-    /// Squares along the unit square's side.
-    pub squares: f32,
-    /// Of the square at the origin.
-    pub light: Colour,
-    /// Of its neighbours.
-    pub dark: Colour,
-}
-
-impl Default for Checker {
-    fn default() -> Self {
-        Self { squares: 32.0, light: Colour::hex(0xf2efe9), dark: Colour::hex(0x5b7f95) }
-    }
-}
-
-/// How a number becomes a colour.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Heat {
-    /// Which colours.
-    pub map: Colormap,
-    /// Which numbers; by default all that the scene has, with zero in the middle of a diverging map.
-    pub range: Option<Range>,
-    /// How much the lights show the shape, 0..1; at 0 colours are exactly those of the bar.
-    pub relief: f32,
-}
-
-impl Default for Heat {
-    fn default() -> Self {
-        Self { map: Colormap::Diverging, range: None, relief: 0.5 }
-    }
-}
-
-/// The numbers at the ends of a colour map.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Range {
-    /// At the first colour.
-    pub low: f32,
-    /// At the last colour.
-    pub high: f32,
-}
-
-/// Why a text is not the settings of a picture.
-#[derive(Debug, Error)]
-pub enum SettingsError {
-    /// Not JSON, an unknown field or a value of the wrong kind.
-    #[error("{0}")]
-    Json(#[from] serde_json::Error),
-    /// A number out of its range.
-    #[error("{name} must be {expected}")]
-    OutOfRange {
-        /// The field.
-        name: &'static str,
-        /// What it may be.
-        expected: &'static str,
-    },
+    Off,
+    /// Four, or one where the GPU cannot.
+    Four,
 }
 
 impl Settings {
@@ -208,43 +144,14 @@ impl Settings {
 
     /// Refuses numbers that no picture can be drawn with.
     pub fn check(&self) -> Result<(), SettingsError> {
-        let Camera { yaw, pitch, distance, projection, .. } = self.camera;
-        let field_of_view = match projection {
-            Projection::Perspective { field_of_view } => field_of_view,
-            Projection::Orthographic => 90.0,
-        };
-        let Material { specular, exponent, .. } = self.material;
-        let amount = |x: f32| (0.0..=1e3).contains(&x);
-        let light = |l: &Light| l.azimuth.is_finite() && l.elevation.is_finite() && amount(l.intensity);
-        let ordered = |r: Range| r.low < r.high && (r.high - r.low).is_finite();
-        let pixels = 1..=16_384;
-        let rules = [
-            (pixels.contains(&self.size.width), "size.width", "1..16384"),
-            (pixels.contains(&self.size.height), "size.height", "1..16384"),
-            ((1..=8).contains(&self.supersampling), "supersampling", "1..8"),
-            (yaw.is_finite() && pitch.is_finite(), "camera.yaw and camera.pitch", "finite"),
-            ((0.01..=1e3).contains(&distance), "camera.distance", "0.01..1000"),
-            ((1.0..=150.0).contains(&field_of_view), "field_of_view", "1..150 degrees"),
-            (amount(specular), "material.specular", "0..1000"),
-            ((1.0..=1e4).contains(&exponent), "material.exponent", "1..10000"),
-            (self.lights.len() <= MAX_LIGHTS, "lights", "at most four"),
-            (self.lights.iter().all(light), "each light", "finite, its intensity 0..1000"),
-            (amount(self.ambient.intensity), "ambient.intensity", "0..1000"),
-            ((0.0..=1e5).contains(&self.checker.squares), "checker.squares", "0..100000"),
-            (self.heat.range.is_none_or(ordered), "heat.range", "finite and ascending"),
-            ((0.0..=1.0).contains(&self.heat.relief), "heat.relief", "0..1"),
-        ];
-        match rules.into_iter().find(|(holds, ..)| !holds) {
-            Some((_, name, expected)) => Err(SettingsError::OutOfRange { name, expected }),
-            None => Ok(()),
-        }
+        check::check(self)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::UpAxis;
+    use crate::camera::{Projection, UpAxis};
 
     #[test]
     fn a_file_round_trips() {
@@ -278,6 +185,9 @@ mod tests {
             (r#"{ "camera": { "projection": { "perspective": { "field_of_view": 180 } } } }"#, "field_of_view"),
             (r#"{ "heat": { "range": { "low": 1, "high": 1 } } }"#, "heat.range"),
             (r#"{ "material": { "colour": "red" } }"#, "red"),
+            (r#"{ "map": { "lambda": 1e9 } }"#, "map.lambda"),
+            (r#"{ "shadows": { "filter": { "pcf": { "side": 4 } } } }"#, "shadows.filter"),
+            (r#"{ "sampling": { "anisotropy": 3 } }"#, "sampling.anisotropy"),
         ] {
             let message = Settings::from_json(json.as_bytes()).unwrap_err().to_string();
             assert!(message.contains(name), "{json}: {message}");

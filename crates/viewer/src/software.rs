@@ -5,16 +5,22 @@
 //! out, so that the picture has the same bits on any number of threads.
 
 mod clip;
-mod legend;
+mod lines;
 mod raster;
 
 use crate::camera::View;
 use crate::colour::{linear_from_srgb, pixel_from_linear};
-use crate::scene::{Mesh, Scene, Triangle};
+use crate::displaced::Displaced;
+use crate::heat;
+use crate::legend;
+use crate::scene::Scene;
 use crate::settings::{Settings, Shading};
-use crate::shading::{Fragment, Shader, heat_range};
+use crate::shading::{Fragment, Light, Shader};
+use crate::texture::{Footprint, Texture};
+use crate::wedges::Wedges;
 use glam::{DVec2, Vec2, Vec3, Vec4, Vec4Swizzles};
 use image::RgbaImage;
+use lines::Lines;
 use raster::{Grid, ScreenTriangle};
 use rayon::prelude::*;
 
@@ -27,14 +33,16 @@ pub fn render(scene: &Scene, settings: &Settings) -> RgbaImage {
     if image.is_empty() {
         return image;
     }
-    let picture = Picture::new(scene, settings);
+    let scalars = (settings.shading == Shading::Heat).then(|| heat::scalars(scene, settings.heat.source)).flatten();
+    let picture = Picture::new(scene, settings, scalars.as_deref());
     let bands = picture.bands();
     let band_bytes = BAND_ROWS * settings.size.width as usize * 4;
     image.par_chunks_mut(band_bytes).zip(&bands).enumerate().for_each(|(band, (pixels, triangles))| {
         picture.draw(band * BAND_ROWS, triangles, pixels);
     });
-    if let (Shading::Heat, Some(range)) = (settings.shading, heat_range(scene, settings)) {
-        legend::draw(&mut image, settings.heat.map, range);
+    if let Some(range) = heat::range(scalars.as_deref(), settings) {
+        let bar = legend::rectangles(settings.size, settings.heat.map, range, &settings.background);
+        legend::draw(&mut image, &bar);
     }
     image
 }
@@ -48,35 +56,51 @@ struct Nearest {
 }
 
 struct Picture<'a> {
-    mesh: &'a Mesh,
     settings: &'a Settings,
     shader: Shader<'a>,
     grid: Grid,
-    /// #V
+    wedges: Wedges,
+    displaced: Displaced,
+    /// Light at the wedges, in front and behind; for Gouraud shading only. #W
+    light: Vec<[Light; 2]>,
+    /// #W
     clip_positions: Vec<Vec4>,
+    lines: Option<Lines>,
+    /// Textures by the first triangle that has them.
+    textures: Vec<(usize, Option<&'a Texture>)>,
     triangles: Vec<ScreenTriangle>,
 }
 
 impl<'a> Picture<'a> {
-    fn new(scene: &'a Scene, settings: &'a Settings) -> Self {
-        let aspect = settings.size.width as f32 / settings.size.height as f32;
-        let view: View = settings.camera.view(scene.bounds(), aspect);
+    fn new(scene: &'a Scene, settings: &'a Settings, scalars: Option<&[f32]>) -> Self {
+        let view: View = settings.camera.view(scene.bounds(), settings.size.aspect());
         let samples = |pixels: u32| pixels as usize * settings.supersampling.max(1) as usize;
         let grid = Grid { width: samples(settings.size.width), height: samples(settings.size.height) };
-        let mesh = scene.mesh();
+        let mut wedges = Wedges::new(scene);
+        wedges.set_scalars(scalars);
+        let displaced = Displaced::new(scene, &wedges, settings);
         let clip_positions: Vec<Vec4> =
-            mesh.positions.par_iter().map(|p| view.clip_from_world * p.extend(1.0)).collect();
-        let triangles = mesh
+            displaced.positions.par_iter().map(|p| view.clip_from_world * p.extend(1.0)).collect();
+        let triangles = wedges
             .triangles
             .par_iter()
             .enumerate()
             .flat_map_iter(|(i, t)| {
-                let corners = t.positions.map(|v| clip_positions[v as usize]);
+                let corners = t.map(|w| clip_positions[w as usize]);
                 clip::clip(corners).fan().filter_map(move |t| ScreenTriangle::new(t, i as u32, grid))
             })
             .collect();
-        let shader = Shader::new(scene, settings, &view);
-        Self { mesh, settings, shader, grid, clip_positions, triangles }
+        let shader = Shader::new(scene, settings, &view, scalars);
+        let light = match settings.shading {
+            Shading::Gouraud => {
+                let vertices = displaced.positions.par_iter().zip(&displaced.normals);
+                vertices.map(|(p, n)| shader.at_vertex(*p, n.normalize_or_zero())).collect()
+            }
+            _ => Vec::new(),
+        };
+        let textures = scene.groups().iter().map(|g| (g.triangles.start, scene.texture(g))).collect();
+        let lines = Lines::new(settings, &wedges);
+        Self { settings, shader, grid, wedges, displaced, light, clip_positions, lines, textures, triangles }
     }
 
     /// Samples along a side of a pixel.
@@ -134,32 +158,64 @@ impl<'a> Picture<'a> {
 
     /// Linear RGB of a sample.
     fn colour(&self, nearest: Nearest, x: usize, y: usize) -> Vec3 {
-        let Some(triangle) = self.mesh.triangles.get(nearest.triangle as usize) else {
+        if nearest.triangle as usize >= self.wedges.triangles.len() {
             let background = &self.settings.background;
             let down = (y as f32 + 0.5) / self.grid.height as f32;
             // Encoded values, because a gradient should be even to the eye.
             return background.top.encoded().lerp(background.bottom.encoded(), down).map(linear_from_srgb);
-        };
-        self.shader.shade(&self.fragment(triangle, self.grid.ndc_from_sample(x, y)))
+        }
+        let triangle = nearest.triangle as usize;
+        let colour = self.shader.shade(&self.fragment(triangle, x, y));
+        let Some(lines) = &self.lines else { return colour };
+        let clip_corners = self.wedges.triangles[triangle].map(|w| self.clip_positions[w as usize]);
+        let weights = barycentric(clip_corners, self.grid.ndc_from_sample(x, y));
+        let [dx, dy] = self.differences(x, y, |ndc| extrapolated(clip_corners, ndc).unwrap_or(weights));
+        lines.over(colour, triangle, weights, dx, dy)
     }
 
-    fn fragment(&self, triangle: &Triangle, ndc: DVec2) -> Fragment {
-        let weights = barycentric(triangle.positions.map(|v| self.clip_positions[v as usize]), ndc);
-        let corners = triangle.positions.map(|v| self.mesh.positions[v as usize]);
-        let normals = triangle.normals.map(|n| self.mesh.normals[n as usize]);
+    /// How a value changes to the sample on the right and to the one below: within a block of two by two samples, as
+    /// GPUs take differences.
+    fn differences<T: std::ops::Sub<Output = T>>(&self, x: usize, y: usize, at: impl Fn(DVec2) -> T) -> [T; 2] {
+        let at = |x, y| at(self.grid.ndc_from_sample(x, y));
+        [at(x | 1, y) - at(x & !1, y), at(x, y | 1) - at(x, y & !1)]
+    }
+
+    fn fragment(&self, triangle: usize, x: usize, y: usize) -> Fragment<'a> {
+        let corners = self.wedges.triangles[triangle].map(|w| w as usize);
+        let clip_corners = corners.map(|w| self.clip_positions[w]);
+        let weights = barycentric(clip_corners, self.grid.ndc_from_sample(x, y));
+        let positions = corners.map(|w| self.displaced.positions[w]);
         // In f32 the squared area of a small triangle underflows.
-        let [a, b, c] = corners.map(Vec3::as_dvec3);
-        let face_normal = (b - a).cross(c - a).normalize_or_zero().as_vec3();
+        let [a, b, c] = positions.map(Vec3::as_dvec3);
+        let surfels = corners.map(|w| &self.wedges.surfels[w]);
+        let stretch = blend(surfels.map(|s| s.stretch), weights);
+        let uv_at = |weights| blend::<Vec2>(corners.map(|w| self.wedges.wedges[w].uv), weights);
+        let group = self.textures.partition_point(|(first, _)| *first <= triangle) - 1;
+        let texture = self.textures[group].1;
+        let uv = (stretch.x >= 0.0).then(|| {
+            let still = Footprint { uv: uv_at(weights), ..Footprint::default() };
+            if texture.is_none() {
+                return still;
+            }
+            let [dx, dy] =
+                self.differences(x, y, |ndc| uv_at(extrapolated(clip_corners, ndc).unwrap_or(weights)));
+            Footprint { dx, dy, ..still }
+        });
+        let scalar = blend(surfels.map(|s| s.scalar), weights);
         Fragment {
-            position: blend(corners, weights),
-            face_normal,
-            normal: blend(normals, weights).try_normalize().unwrap_or(face_normal),
-            uv: triangle.uvs.map(|uvs| blend::<Vec2>(uvs.map(|uv| self.mesh.uvs[uv as usize]), weights)),
-            scalar: self
-                .mesh
-                .scalars
-                .as_ref()
-                .map(|scalars| blend(triangle.positions.map(|v| scalars[v as usize]), weights)),
+            position: blend(positions, weights),
+            face_normal: (b - a).cross(c - a).normalize_or_zero().as_vec3(),
+            normal: blend(corners.map(|w| self.displaced.normals[w]), weights),
+            uv,
+            tangent: blend(surfels.map(|s| s.tangent), weights),
+            stretch,
+            // Between numbers and none there is none.
+            scalar: (scalar.y > 0.999).then_some(scalar.x),
+            texture,
+            light: match self.light.as_slice() {
+                [] => [Light::default(); 2],
+                light => [0, 1].map(|side| blend(corners.map(|w| light[w][side]), weights)),
+            },
         }
     }
 }
@@ -172,19 +228,24 @@ where
     a * weights.x + b * weights.y + c * weights.z
 }
 
-/// Weights of the corners at the surface point that is seen at `ndc` (perspective-correct).
+/// Weights of the corners at the surface point that is seen at `ndc` (perspective-correct); they add up to one.
+fn barycentric(clip_corners: [Vec4; 3], ndc: DVec2) -> Vec3 {
+    // Corners are rounded to the raster's grid, so a sample may lie outside by a hair.
+    let inside = extrapolated(clip_corners, ndc).map(|weights| weights.max(Vec3::ZERO));
+    let sum = inside.map_or(0.0, Vec3::element_sum);
+    inside.filter(|_| sum.is_finite() && sum > 0.0).map_or(Vec3::splat(1.0 / 3.0), |weights| weights / sum)
+}
+
+/// The same for a point of the triangle's plane, inside or not; none where it is seen edge-on.
 ///
 /// Marc Olano, Trey Greer. Triangle scan conversion using 2D homogeneous coordinates. 1997. With the
 /// sample moved to the origin, Σ wᵢ (xᵢ, yᵢ) = 0 in clip space: each weight is a cross product of the other
 /// two corners, and no corner needs to be in front of the eye.
-fn barycentric(clip_corners: [Vec4; 3], ndc: DVec2) -> Vec3 {
+fn extrapolated(clip_corners: [Vec4; 3], ndc: DVec2) -> Option<Vec3> {
     let [a, b, c] = clip_corners.map(|p| p.xy().as_dvec2() - f64::from(p.w) * ndc);
     let weights = [b.perp_dot(c), c.perp_dot(a), a.perp_dot(b)];
     let sum: f64 = weights.iter().sum();
-    // Corners are rounded to the raster's grid, so a sample may lie outside by a hair.
-    let weights = Vec3::from(weights.map(|w| (w / sum).max(0.0) as f32));
-    let sum = weights.element_sum();
-    if sum.is_finite() && sum > 0.0 { weights / sum } else { Vec3::splat(1.0 / 3.0) }
+    Some(Vec3::from(weights.map(|w| (w / sum) as f32))).filter(|weights| weights.is_finite())
 }
 
 #[cfg(test)]

@@ -58,6 +58,18 @@ fn saved_settings_draw_the_same_picture() {
 }
 
 #[test]
+fn every_backend_draws() {
+    let folder = Folder::new();
+    let line = "in.obj --headless out.png --size 40x30 --shading normals --backend";
+    let twin = folder.draws(&format!("{line} software"));
+    for backend in ["auto", "vulkan", "gl"] {
+        let drawn = folder.draws(&format!("{line} {backend}"));
+        let off = twin.iter().zip(drawn.iter()).map(|(a, b)| a.abs_diff(*b));
+        assert!(off.map(f64::from).sum::<f64>() / (twin.len() as f64) < 1.0, "{backend}");
+    }
+}
+
+#[test]
 fn numbers_become_a_heat_map() {
     let folder = Folder::new();
     fs::write(folder.path("h.txt"), "-1\n0\n1e-3\n").unwrap();
@@ -75,7 +87,10 @@ fn bad_input_and_usage_exit_with_2_and_name_the_file() {
     folder.fails("bad.obj --headless out.png", 2, "bad.obj: line 2");
     folder.fails("in.obj --headless out.png --settings bad.json", 2, "bad.json: supersampling");
     folder.fails("in.obj --headless out.png --size 0x30", 2, "size.width");
-    folder.fails("in.obj --headless out.png --shading heat", 2, "--scalars");
+    folder.fails("in.obj --headless out.png --shading heat --heat given", 2, "--scalars");
+    folder.fails("in.obj --headless out.png --map none.planish.json", 2, "none.planish.json");
+    folder.fails("in.obj --headless out.png --map bad.json", 2, "bad.json: not a planish manifest");
+    folder.fails("in.obj --headless out.png --lambda 1e9", 2, "map.lambda");
     folder.fails("in.obj --headless out.png --shading heat --scalars bad.txt", 2, "bad.txt: `three`");
     folder.fails("in.obj --headless out.png --shading heat --scalars short.txt", 2, "short.txt: 2 numbers");
     folder.fails("in.obj --headless out.png --texture in.obj", 2, "in.obj");

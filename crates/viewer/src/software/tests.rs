@@ -4,15 +4,16 @@ use super::*;
 use crate::camera::{Camera, Projection};
 use crate::colormap::Colormap;
 use crate::colour::Colour;
-use crate::lights::{Ambient, Light};
-use crate::settings::{Background, Checker, Heat, Range, Size};
+use crate::lights::Ambient;
+use crate::scene::{Mesh, Triangle};
+use crate::settings::{Background, Checker, Heat, HeatSource, Map, Normals, Range, Size};
 use image::Rgba;
 
 /// Triangles over shared positions, lit with `normals` (one per position).
 fn scene(positions: Vec<Vec3>, normals: Vec<Vec3>, uvs: Vec<Vec2>, triangles: &[[u32; 3]]) -> Scene {
     let uvs_of = |t: [u32; 3]| (!uvs.is_empty()).then_some(t);
     let triangles = triangles.iter().map(|&t| Triangle { positions: t, normals: t, uvs: uvs_of(t) }).collect();
-    Scene::new(Mesh { positions, normals, uvs, triangles, scalars: None }).unwrap()
+    Scene::new(Mesh { positions, normals, uvs, triangles, ..Mesh::default() }).unwrap()
 }
 
 /// A unit sphere of 2 × `bands` by `bands` cells about the y axis; the poles are small holes.
@@ -48,6 +49,8 @@ fn front() -> Settings {
         size: Size { width: 65, height: 65 },
         supersampling: 1,
         camera: Camera { yaw: 0.0, pitch: 0.0, ..Camera::default() },
+        // The scenes say with which normals they are lit.
+        map: Map { normals: Normals::Base, ..Map::default() },
         ..Settings::default()
     }
 }
@@ -180,7 +183,7 @@ fn the_back_of_a_surface_is_lit_like_its_front() {
         render(&scene(corners, vec![normal; 4], Vec::new(), triangles), &Settings { shading, ..front() })
     };
     let turned = TWO.map(|[a, b, c]| [a, c, b]);
-    for shading in [Shading::Flat, Shading::Smooth] {
+    for shading in [Shading::Flat, Shading::Gouraud, Shading::Texture, Shading::Clay] {
         assert_eq!(draw(Vec3::Z, &TWO, shading), draw(Vec3::NEG_Z, &turned, shading), "{shading:?}");
     }
 }
@@ -191,7 +194,7 @@ fn heat_without_relief_has_the_colours_of_the_bar() {
     let mut mesh =
         scene(rectangle(Vec3::ZERO, Vec3::X, Vec3::Y).to_vec(), vec![Vec3::Z; 4], Vec::new(), &TWO).mesh().clone();
     mesh.scalars = Some(vec![-5.0, 3.0, 3.0, -5.0]);
-    let heat = Heat { map, relief: 0.0, range: None };
+    let heat = Heat { source: HeatSource::Given, map, relief: 0.0, range: None };
     let settings = Settings { shading: Shading::Heat, heat, ..front() };
     let image = render(&Scene::new(mesh.clone()).unwrap(), &settings);
     let [r, g, b] = pixel_from_linear(map.at(0.5));
@@ -200,9 +203,9 @@ fn heat_without_relief_has_the_colours_of_the_bar() {
     // What is not a number is neither drawn as one nor does it spoil the range.
     mesh.scalars = Some(vec![f32::NAN, 3.0, 3.0, -5.0]);
     let scene = Scene::new(mesh).unwrap();
-    assert_eq!(heat_range(&scene, &settings), Some(Range { low: -5.0, high: 3.0 }));
+    assert_eq!(heat::range(scene.mesh().scalars.as_deref(), &settings), Some(Range { low: -5.0, high: 3.0 }));
     let signed = Settings { heat: Heat { map: Colormap::Diverging, ..heat }, ..settings };
-    assert_eq!(heat_range(&scene, &signed), Some(Range { low: -5.0, high: 5.0 }));
+    assert_eq!(heat::range(scene.mesh().scalars.as_deref(), &signed), Some(Range { low: -5.0, high: 5.0 }));
 }
 
 #[test]
