@@ -2,13 +2,16 @@
 
 use crate::support::{Read, bake, heights, keeps_its_promises, meshes_in, model, root, shared_data};
 use planish_geometry::bundle::{Carriers, Fallback, LayoutChoice, Settings};
+use planish_geometry::denoise::{Denoiser, Laplacian};
 use planish_geometry::displacement::{TexelFormat, Weights};
 use planish_geometry::manifest::Layout;
 use planish_geometry::model::Model;
 use planish_geometry::weld::Welding;
 
 fn settings(layout: LayoutChoice, texel: TexelFormat) -> Settings {
-    Settings { layout, texel, carriers: Carriers::Obj, ..Settings::default() }
+    // How the heights came about does not matter here; these take no time.
+    let goal = Denoiser::Laplacian(Laplacian::default()).into();
+    Settings { goal, layout, texel, carriers: Carriers::Obj, ..Settings::default() }
 }
 
 /// Largest difference between the texel of a `v` line, found by its number, and the height of its vertex.

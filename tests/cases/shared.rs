@@ -1,14 +1,14 @@
 //! Meshes as they are out there; passes over them where they are absent.
 
 use crate::support::{bake, keeps_its_promises, meshes_in, model, shared_data};
-use planish_geometry::bundle::{Goal, Settings};
+use planish_geometry::bundle::Settings;
 use planish_geometry::denoise::{Denoiser, Laplacian};
 use planish_geometry::progress::Silent;
 use planish_geometry::weld::Welding;
 
 fn one_full_step() -> Settings {
     let method = Denoiser::Laplacian(Laplacian { iterations: 1, step: 1.0, ..Laplacian::default() });
-    Settings { goal: Goal::Denoiser(method), ..Settings::default() }
+    Settings { goal: method.into(), ..Settings::default() }
 }
 
 /// Bakes a mesh at the usual sizes: from crowded to two texels and more between vertices.

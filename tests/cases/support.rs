@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3, Vec3};
 use planish_geometry::apply::{self, Places, ShaderVertex};
-use planish_geometry::bundle::{self, Belongings, Bundle, Names, Settings};
+use planish_geometry::bundle::{self, Belongings, Bundle, Goal, Names, Settings};
 use planish_geometry::displacement::{Displacement, Place, Weights};
 use planish_geometry::manifest::{Layout, Manifest};
 use planish_geometry::model::Model;
@@ -116,8 +116,9 @@ impl Read {
 
 /// Heights of the vertices from first principles, and the normals they belong to. #V
 pub(crate) fn heights(model: &Model, settings: &Settings) -> (Vec<f64>, Vec<Vec3>) {
-    let deltas = settings.goal.deltas(model.surface(), &Silent).unwrap();
-    let along = bundle::displacement_normals(model, settings.normals).unwrap();
+    let Goal::Denoiser(denoising) = &settings.goal else { panic!("the tests bake no targets") };
+    let deltas = denoising.run(model.surface(), model.weld(), &Silent).unwrap().deltas;
+    let along = model.displacement_normals(settings.normals.unwrap_or_default(), &deltas).unwrap();
     (normals::heights(&deltas, &along), along)
 }
 

@@ -61,7 +61,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         mesh = Path(folder) / "tube.obj"
         write_tube(mesh)
-        ten_steps = ["--iterations", "10", "--json", "-v"]
+        ten_steps = ["--method", "laplacian", "--iterations", "10", "--json", "-v"]
         commands = {
             "planish bake": [planish, "bake", mesh, "-o", f"{folder}/out", "--size", "2048", *ten_steps],
             "planish denoise": [planish, "denoise", mesh, "-o", f"{folder}/denoised.obj", *ten_steps],

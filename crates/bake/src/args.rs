@@ -1,17 +1,18 @@
 //! The command line, as clap reads it; the doc comments are the help.
 
+mod limits;
 mod method;
 mod values;
 
-pub(crate) use method::MethodArgs;
-pub(crate) use values::{FormatArg, MapArg, SideArg, SpaceArg};
+pub(crate) use method::{MethodArg, MethodArgs, PresetArg};
+pub(crate) use values::{FormatArg, HeatArg, MapArg, SideArg, SpaceArg};
 
 use clap::{Args, Parser, Subcommand};
 use planish_geometry::weld::Welding;
 use std::path::PathBuf;
 use values::{
-    ConventionArg, DirectionArg, InterpolationArg, LayoutArg, NormalsArg, TexelsArg, bits, finite, in_unit_interval,
-    largest_side, not_negative, side, tolerance, welding,
+    ConventionArg, DirectionArg, InterpolationArg, LayoutArg, NormalsArg, TexelsArg, above_zero, bits, finite,
+    in_unit_interval, largest_side, not_negative, setting, side, tolerance, welding,
 };
 
 /// Denoise a mesh with a displacement map.
@@ -51,7 +52,7 @@ pub(crate) enum Command {
     ///
     /// Writes NAME.displacement.png (or .exr, .tif), NAME.normal.png, NAME.planish.json, and a carrier, which is the mesh with the
     /// normals that the map displaces along: NAME.obj with NAME.mtl, and NAME.glb, where λ is a morph target.
-    #[command(after_help = "Example:\n  planish bake scan.obj -o out --iterations 10 --size 2048")]
+    #[command(after_help = "Example:\n  planish bake scan.obj -o out --size 2048")]
     Bake(BakeArgs),
     /// Displace a mesh by its map, as the vertex shader would
     #[command(after_help = "Example:\n  planish apply out/scan.planish.json --lambda 0.5 -o half.obj")]
@@ -65,13 +66,23 @@ pub(crate) enum Command {
     /// Write the denoised mesh itself
     ///
     /// Only the numbers of the `v` lines change; order, UVs, groups, materials, comments and spacing stay byte for byte.
-    #[command(after_help = "Example:\n  planish denoise scan.obj -o smooth.obj --iterations 10 --update-normals")]
+    #[command(after_help = "Example:\n  planish denoise scan.obj -o smooth.obj --update-normals")]
     Denoise(DenoiseArgs),
     /// Measure results against the clean mesh
     ///
     /// Ea is the mean angle between corresponding face normals; distances are in mean edge lengths of the clean mesh.
     #[command(after_help = "Example:\n  planish compare clean.obj noisy.obj smooth.obj")]
     Compare(CompareArgs),
+    /// Run methods over a folder of pairs of meshes and measure each result
+    ///
+    /// DIR has a table MANIFEST.tsv with the columns name, clean and noisy (clean `-`: left out), or files NAME_clean.obj and
+    /// NAME_noisy.obj. Columns Ea_* hold the angles that other programs reached: results are also printed in units of the best
+    /// of them, and, where the settings are the same, in units of the program of the method.
+    /// A mesh that cannot be measured is named, and the rest goes on; the exit code is then 2.
+    #[command(
+        after_help = "Example:\n  planish bench-quality meshes --methods laplacian,guided-normals --csv quality.csv"
+    )]
+    BenchQuality(BenchQualityArgs),
     /// Add synthetic noise to a clean mesh
     #[command(after_help = "Example:\n  planish noise clean.obj -o noisy.obj --sigma 0.2 --seed 7")]
     Noise(NoiseArgs),
@@ -103,10 +114,12 @@ pub(crate) struct BakeArgs {
     /// Strength λ for the normal map and the client settings: 0 leaves the noise, 1 is denoised
     #[arg(long, value_name = "L", default_value_t = 1.0, allow_negative_numbers = true, value_parser = finite, help_heading = "Map")]
     pub(crate) lambda: f64,
-    /// Normals to displace along
+    /// Normals to displace along; the carrier has them as its `vn` lines
     #[arg(long, value_enum, default_value_t, help_heading = "Map")]
     pub(crate) normals: NormalsArg,
     /// Heights along the normals, or the whole way of each vertex
+    ///
+    /// Methods that have --motion are held to what heights can express; the report says what that costs.
     #[arg(long, value_enum, default_value_t, help_heading = "Map")]
     pub(crate) map: MapArg,
     /// Axes of --map vector [default: object]
@@ -193,6 +206,42 @@ pub(crate) struct CompareArgs {
     /// Meshes with the same vertices and faces
     #[arg(value_name = "RESULT.obj", required = true)]
     pub(crate) results: Vec<PathBuf>,
+    /// Write one row for each result, with all that is measured; `-` for stdout
+    #[arg(long, value_name = "FILE|-")]
+    pub(crate) csv: Option<PathBuf>,
+    /// Write the result with the error of each vertex as its colour, from violet (none) to yellow (the 99th percentile)
+    ///
+    /// With more than one result, OUT-NAME.ply for each NAME.obj, all with the same scale.
+    #[arg(long, value_name = "OUT.ply|.obj")]
+    pub(crate) heatmap: Option<PathBuf>,
+    /// What the colours show
+    #[arg(long, value_enum, default_value_t, requires = "heatmap")]
+    pub(crate) heat: HeatArg,
+    /// The error that is yellow: degrees with --heat angle, mean edge lengths with --heat distance
+    #[arg(long, value_name = "X", requires = "heatmap", allow_negative_numbers = true, value_parser = above_zero)]
+    pub(crate) heat_max: Option<f64>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct BenchQualityArgs {
+    /// The folder of pairs
+    #[arg(value_name = "DIR")]
+    pub(crate) folder: PathBuf,
+    /// Methods, separated by commas [default: all]
+    #[arg(long, value_name = "A,B", value_enum, value_delimiter = ',')]
+    pub(crate) methods: Vec<MethodArg>,
+    /// Names of pairs, separated by commas [default: all]
+    #[arg(long, value_name = "X,Y", value_delimiter = ',')]
+    pub(crate) pairs: Vec<String>,
+    /// Settings: paper for those of the methods' authors, where they differ
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) preset: PresetArg,
+    /// A setting as it stands in manifests, for the methods that have it
+    #[arg(long, value_name = "NAME=VALUE", value_delimiter = ',', value_parser = setting)]
+    pub(crate) set: Vec<(String, serde_json::Value)>,
+    /// Write one row for each pair and method, with all that is measured; `-` for stdout
+    #[arg(long, value_name = "FILE|-")]
+    pub(crate) csv: Option<PathBuf>,
 }
 
 #[derive(Args, Debug)]

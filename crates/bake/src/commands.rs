@@ -2,6 +2,7 @@
 
 pub(crate) mod apply;
 pub(crate) mod bake;
+pub(crate) mod bench_quality;
 pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod denoise;
@@ -11,6 +12,7 @@ pub(crate) mod noise;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::input;
+use planish_geometry::denoise::limits::{LimitsError, Outcome};
 use planish_geometry::model::Model;
 use planish_geometry::progress::Progress as _;
 use planish_geometry::weld::Welding;
@@ -59,6 +61,33 @@ fn measure(x: f64) -> String {
     } else {
         format!("{x:.5e}")
     }
+}
+
+/// Limits that a mesh cannot have, with the way out.
+fn limits_do_not_fit(error: &LimitsError, mesh: &Path) -> Failure {
+    match error {
+        LimitsError::Open { .. } => Failure::at(mesh, format!("{error}; --preserve-volume needs --fix for these")),
+        LimitsError::NoSuchLine { .. } | LimitsError::NotALength(_) => Failure::at(mesh, error),
+    }
+}
+
+/// What limits did.
+fn limits(outcome: &Outcome) -> String {
+    let mut all = vec![format!("{} fixed, {} stopped", outcome.fixed_vertices, outcome.stopped_vertices)];
+    if let Some(change) = &outcome.volume {
+        let of_method = if change.by_method <= 0.0 { "restored a volume of" } else { "took back a volume of" };
+        all.push(format!("{of_method} {}", measure((change.left - change.by_method).abs())));
+    }
+    all.join(", ")
+}
+
+/// A warning where the volume is another one than before.
+fn volume_not_restored(outcome: &Outcome) -> Option<String> {
+    let change = outcome.volume.filter(|change| !change.restored)?;
+    Some(format!(
+        "the volume is off by {}: no vertex is free to restore it, and --fix and --max-displacement come first",
+        measure(change.left)
+    ))
 }
 
 /// A count with its noun.

@@ -45,6 +45,11 @@ impl Console {
         Self { json: args.json, quiet: args.quiet, verbose: args.verbose, bar, stages: Mutex::default(), start }
     }
 
+    /// Whether stdout is for one value of JSON.
+    pub(crate) fn is_json(&self) -> bool {
+        self.json
+    }
+
     /// A result: `text` for people, or `value` as JSON.
     pub(crate) fn report<T: Serialize>(&self, value: &T, text: impl FnOnce() -> String) {
         self.bar.finish_and_clear();

@@ -3,6 +3,7 @@
 mod args;
 mod commands;
 mod console;
+mod csv;
 mod failure;
 mod input;
 mod output;
@@ -44,6 +45,7 @@ fn dispatch(command: Command, console: &Console) -> Result<(), Failure> {
         Command::Check(args) => commands::check::run(&args, console),
         Command::Denoise(args) => commands::denoise::run(&args, console),
         Command::Compare(args) => commands::compare::run(&args, console),
+        Command::BenchQuality(args) => commands::bench_quality::run(&args, console),
         Command::Noise(args) => commands::noise::run(&args, console),
         Command::Info(args) => commands::info::run(&args, console),
         Command::Completions { shell } => {

@@ -44,6 +44,16 @@ impl Folder {
         builder.tempfile_in(self.path()).map_err(refused)
     }
 
+    /// A file beside its place, without its name.
+    fn stage(&self, place: &Path, bytes: &[u8]) -> Result<NamedTempFile, Failure> {
+        if place.is_dir() {
+            return Err(Failure::at(place, "is a directory, and a file has to go there"));
+        }
+        let mut file = self.temporary()?;
+        file.write_all(bytes).and_then(|()| file.flush()).map_err(|e| refused(place, &e))?;
+        Ok(file)
+    }
+
     /// Writes all files, then gives all of them their names.
     pub(crate) fn write<'a>(
         mut self,
@@ -52,22 +62,20 @@ impl Folder {
         let mut staged = Vec::new();
         for (name, bytes) in files {
             let place = self.path.join(name);
-            let refused = |e: std::io::Error| Failure::at(&place, format!("cannot be written: {}", plain(&e)));
-            if place.is_dir() {
-                return Err(Failure::at(&place, "is a directory, and a file has to go there"));
-            }
-            let mut file = self.temporary()?;
-            file.write_all(bytes).and_then(|()| file.flush()).map_err(refused)?;
-            staged.push((file, place));
+            staged.push((self.stage(&place, bytes)?, place));
         }
         let mut places = Vec::new();
         for (file, place) in staged {
-            file.persist(&place).map_err(|e| Failure::at(&place, format!("cannot be written: {}", plain(&e.error))))?;
+            file.persist(&place).map_err(|e| refused(&place, &e.error))?;
             places.push(place);
         }
         self.made = None;
         Ok(places)
     }
+}
+
+fn refused(place: &Path, e: &std::io::Error) -> Failure {
+    Failure::at(place, format!("cannot be written: {}", plain(e)))
 }
 
 /// The folder of a file that is named without one.
@@ -124,14 +132,28 @@ impl Output {
     }
 
     pub(crate) fn write(self, bytes: &[u8]) -> Result<PathBuf, Failure> {
-        let Some(folder) = self.folder else {
-            let refused = |e: std::io::Error| Failure::at(&self.place, format!("cannot be written: {}", plain(&e)));
-            let opened = std::fs::OpenOptions::new().write(true).open(&self.place);
-            opened.and_then(|mut f| f.write_all(bytes)).map_err(refused)?;
-            return Ok(self.place);
-        };
-        let name = self.place.file_name().unwrap_or_default();
-        folder.write([(Path::new(name), bytes)])?;
-        Ok(self.place)
+        let place = self.place.clone();
+        write_all(vec![(self, bytes.to_vec())])?;
+        Ok(place)
     }
+}
+
+/// Writes all files, wherever they are, then gives all of them their names.
+pub(crate) fn write_all(files: Vec<(Output, Vec<u8>)>) -> Result<(), Failure> {
+    let mut staged = Vec::new();
+    for (output, bytes) in &files {
+        staged.push(output.folder.as_ref().map(|folder| folder.stage(&output.place, bytes)).transpose()?);
+    }
+    for ((output, bytes), staged) in files.into_iter().zip(staged) {
+        let Output { place, folder } = output;
+        let done = match staged {
+            Some(file) => file.persist(&place).map(drop).map_err(|e| e.error),
+            None => std::fs::OpenOptions::new().write(true).open(&place).and_then(|mut f| f.write_all(&bytes)),
+        };
+        done.map_err(|e| refused(&place, &e))?;
+        if let Some(mut folder) = folder {
+            folder.made = None;
+        }
+    }
+    Ok(())
 }

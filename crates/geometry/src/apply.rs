@@ -1,10 +1,9 @@
 //! The vertex shader's Rust twin: p' = p − λ · height · n, in single precision.
 
 use crate::atlas::AtlasError;
-use crate::bundle;
 use crate::displacement::{Displacement, MapKind, Place, Weights};
 use crate::manifest::{self, Layout, Manifest, UvSource};
-use crate::model::{Model, NoFileNormals};
+use crate::model::{Model, NoFileNormals, NormalSource};
 use crate::obj::Obj;
 use crate::ragged::Index;
 use crate::texture::tangents::{self, Tangent};
@@ -134,6 +133,9 @@ pub enum MeshError {
     /// The map lies in texture coordinates that the bake made.
     #[error("lacks the texture coordinates of the map, which the carrier has")]
     NeedsCarrier,
+    /// The map displaces along normals that only the carrier has, and that is not there as it was written.
+    #[error("is displaced along the normals of the carrier, which is not there as it was written")]
+    NeedsCarrierNormals,
     /// The manifest names a line that is not there; indices from 0.
     #[error("there is no vertex {vertex} or no `vt` {uv} (counted from 0)")]
     NoSuchPlace {
@@ -151,7 +153,13 @@ pub enum MeshError {
 }
 
 /// The vertices, one for each `v` line, of the carrier as it is, or of the source with the normals that the bake used.
-pub fn baked_vertices(mesh: &Obj, manifest: &Manifest) -> Result<Vec<ShaderVertex>, MeshError> {
+///
+/// `carrier` is asked for where only the carrier has the normals that the map displaces along.
+pub fn baked_vertices(
+    mesh: &Obj,
+    manifest: &Manifest,
+    carrier: &dyn Fn() -> Option<Obj>,
+) -> Result<Vec<ShaderVertex>, MeshError> {
     let digest = manifest::sha256(mesh.bytes());
     let is_carrier = digest == manifest.carrier.sha256;
     if !is_carrier && digest != manifest.source.sha256 {
@@ -177,11 +185,18 @@ pub fn baked_vertices(mesh: &Obj, manifest: &Manifest) -> Result<Vec<ShaderVerte
         welding => welding,
     };
     let model = Model::new(mesh.clone(), welding);
-    let normals = if is_carrier {
-        let of_lines: Vec<Vec3> = carrier_vertices(mesh, places, origin).iter().map(|v| v.normal).collect();
+    let of_carrier = |carrier: &Obj| -> Vec<Vec3> {
+        let of_lines: Vec<Vec3> = carrier_vertices(carrier, places, origin).iter().map(|v| v.normal).collect();
         model.weld().first().iter().map(|&line| of_lines[line as usize]).collect()
+    };
+    let normals = if is_carrier {
+        of_carrier(mesh)
+    } else if manifest.normals == NormalSource::Denoised {
+        // Without it one would have to denoise once more.
+        let carrier = carrier().filter(|carrier| manifest::sha256(carrier.bytes()) == manifest.carrier.sha256);
+        of_carrier(&carrier.ok_or(MeshError::NeedsCarrierNormals)?)
     } else {
-        bundle::displacement_normals(&model, manifest.normals)?
+        model.displacement_normals(manifest.normals, &[])?
     };
     let mut vertices = source_vertices(mesh, &model.weld().spread(&normals), places, origin);
     if needs_frames {

@@ -3,36 +3,36 @@
 //! Whoever bakes, the command line or a window, writes these bytes and nothing else.
 
 mod carrier;
+mod goal;
 mod layout;
 mod maps;
 mod report;
 #[cfg(feature = "unwrap")]
 mod unwrapped;
 
+pub use goal::{Goal, Ways};
 pub use layout::{Fallback, LayoutChoice};
 
 use crate::apply;
 use crate::atlas::{Atlas, AtlasError};
-use crate::denoise::Denoiser;
+use crate::denoise::limits::LimitsError;
 use crate::displacement::{DecodeError, EncodeError, MapKind, TexelFormat};
 use crate::gltf::GltfError;
 use crate::manifest::{
-    self, Carrier, Clients, DominantUv, Layout, Manifest, MapEntry, Method, NormalMapEntry, Report, Source, Target,
-    UvSource,
+    self, Carrier, Clients, DominantUv, Layout, Manifest, MapEntry, NormalMapEntry, Report, Source, UvSource,
 };
 use crate::materials::{self, MapStatements};
 use crate::model::{Model, NoFileNormals, NormalSource};
 use crate::obj::{Obj, ObjError};
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
-use crate::surface::Surface;
 use crate::texture::findings::Findings;
 use crate::texture::normal_map::Convention;
 use crate::texture::resolution::{self, Choice, Reason, Spacing};
 use crate::texture::{Coverage, Interpolation, Texels, tangents};
 use crate::weld::Welding;
 use carrier::CarrierFile;
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec2};
 use maps::{Maps, Offsets};
 use report::Evidence;
 
@@ -43,8 +43,8 @@ pub struct Settings {
     pub goal: Goal,
     /// How the model was welded; goes into the manifest.
     pub welding: Welding,
-    /// Along which normals to displace.
-    pub normals: NormalSource,
+    /// Along which normals to displace; none chooses, see [`Goal::ways`].
+    pub normals: Option<NormalSource>,
     /// Strength for the normal map and the clients.
     pub lambda: Lambda,
     /// Heights or vectors.
@@ -115,56 +115,6 @@ impl Default for LargestSide {
     }
 }
 
-/// Where the vertices shall go.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Goal {
-    /// Where a method takes them.
-    Denoiser(Denoiser),
-    /// To these places: the heights of any denoised mesh.
-    Target {
-        /// Of the vertices. #V×3, model units
-        positions: Vec<DVec3>,
-        /// Where they are from.
-        target: Target,
-    },
-}
-
-impl Default for Goal {
-    fn default() -> Self {
-        Self::Denoiser(Denoiser::default())
-    }
-}
-
-impl Goal {
-    /// The places of another mesh with the same `v` lines.
-    ///
-    /// # Panics
-    /// If it has fewer.
-    pub fn to(model: &Model, denoised: &Obj, target: Target) -> Self {
-        let positions = model.weld().first().iter().map(|&line| denoised.positions()[line as usize]).collect();
-        Self::Target { positions, target }
-    }
-    /// δ = p − p*. #V×3, model units
-    ///
-    /// # Panics
-    /// If a target has not one position for each vertex.
-    pub fn deltas(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
-        match self {
-            Self::Denoiser(denoiser) => denoiser.deltas(surface, progress),
-            Self::Target { positions, .. } => {
-                assert_eq!(positions.len(), surface.positions().len(), "one target for each vertex");
-                Ok(surface.positions().iter().zip(positions).map(|(p, q)| *p - *q).collect())
-            }
-        }
-    }
-    fn method(&self) -> Method {
-        match self {
-            Self::Denoiser(denoiser) => Method::Denoiser(denoiser.clone()),
-            Self::Target { target, .. } => Method::Target(target.clone()),
-        }
-    }
-}
-
 /// Strength: 0 is the source, 1 is denoised.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lambda(pub f64);
@@ -223,6 +173,9 @@ pub enum BakeError {
     /// [`NormalSource::File`] without normals in the file.
     #[error(transparent)]
     Normals(#[from] NoFileNormals),
+    /// Limits that do not fit the mesh.
+    #[error(transparent)]
+    Limits(#[from] LimitsError),
     /// An image could not be made.
     #[error(transparent)]
     Encode(#[from] EncodeError),
@@ -259,11 +212,6 @@ pub enum BakeError {
     Cancelled(#[from] Cancelled),
 }
 
-/// Normals of the vertices (#V×3) in single precision, as baker, carrier and shader use them.
-pub fn displacement_normals(model: &Model, source: NormalSource) -> Result<Vec<Vec3>, NoFileNormals> {
-    Ok(model.vertex_normals(source)?.into_iter().map(glam::DVec3::as_vec3).collect())
-}
-
 /// Denoises, bakes, writes to memory, reads back and measures.
 ///
 /// `beside` is what the source's materials need.
@@ -274,19 +222,32 @@ pub fn bake(
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<Bundle, BakeError> {
-    match settings.layout {
-        #[cfg(feature = "unwrap")]
-        LayoutChoice::Unwrap => unwrapped::bake(model, names, beside, settings, progress),
-        #[cfg(not(feature = "unwrap"))]
-        LayoutChoice::Unwrap => Err(BakeError::CannotUnwrap),
-        _ => bake_model(model, None, names, beside, settings, progress),
+    if settings.layout == LayoutChoice::Unwrap && !CAN_UNWRAP {
+        return Err(BakeError::CannotUnwrap);
     }
+    // What cannot be baked shall not have to be denoised first.
+    match (model.atlas(), settings.layout) {
+        (Ok(_), _) | (_, LayoutChoice::Unwrap) => {}
+        (Err(AtlasError::NoUvs), _) if settings.map == MapKind::VectorTangent => return Err(BakeError::NoTangents),
+        (Err(AtlasError::NoUvs), LayoutChoice::Auto | LayoutChoice::Vertex) => {}
+        (Err(e), _) => return Err(e.into()),
+    }
+    let ways = settings.goal.ways(model, settings.map, settings.normals, progress)?;
+    if ways.deltas.iter().any(|delta| !delta.as_vec3().is_finite()) {
+        return Err(BakeError::NotFinite);
+    }
+    #[cfg(feature = "unwrap")]
+    if settings.layout == LayoutChoice::Unwrap {
+        return unwrapped::bake(model, &ways, names, beside, settings, progress);
+    }
+    bake_model(model, None, &ways, names, beside, settings, progress)
 }
 
 /// The same in the layout that is there. A model that was unwrapped comes with the one that it was before.
 fn bake_model(
     model: &Model,
     before: Option<&Model>,
+    ways: &Ways,
     names: &Names,
     beside: Belongings,
     settings: &Settings,
@@ -298,20 +259,20 @@ fn bake_model(
         (Err(AtlasError::NoUvs), LayoutChoice::Auto | LayoutChoice::Vertex) => None,
         (Err(e), _) => return Err(e.into()),
     };
-    let normals = displacement_normals(model, settings.normals)?;
+    let normals = &ways.normals;
     let library_file = format!("{}.mtl", names.carrier);
     // Writing and reading a text file keeps one thread as busy as the maps keep the others.
     let ((source_sha256, carrier), maps) = rayon::join(
         || {
             let places = atlas.is_none().then(|| carrier::places(model));
-            let carrier = CarrierFile::make(model, &normals, places.as_deref(), &library_file);
+            let carrier = CarrierFile::make(model, normals, places.as_deref(), &library_file);
             (manifest::sha256(before.unwrap_or(model).obj().bytes()), carrier)
         },
-        || Maps::bake(model, atlas.as_ref(), &normals, settings, progress),
+        || Maps::bake(model, atlas.as_ref(), ways, settings, progress),
     );
     let (carrier, mut maps) = (carrier?, maps?);
     progress.check()?;
-    let mut manifest = describe(model, names, atlas.as_ref(), settings, &maps);
+    let mut manifest = describe(model, ways, names, atlas.as_ref(), settings, &maps);
     manifest.source.sha256 = source_sha256;
     if manifest.displacement.layout == Layout::Uv {
         manifest.displacement.uvs = if before.is_some() { UvSource::Unwrapped } else { UvSource::Mesh };
@@ -322,7 +283,7 @@ fn bake_model(
     progress.stage("verifying");
     let evidence = Evidence {
         model,
-        normals: &normals,
+        ways,
         frames: &maps.frames,
         offsets: &maps.offsets,
         findings: maps.findings.clone(),
@@ -338,7 +299,7 @@ fn bake_model(
         let (side, vertices) = (maps.size.width, model.surface().positions().len());
         let choice = Choice { side, vertices, left: missed, reason: Reason::AlmostExact, largest: side };
         let problems = maps.findings.problems().into_iter().chain(maps.findings.crowding()).collect();
-        let bundle = bake(model, names, beside, &instead, progress)?;
+        let bundle = bake_model(model, None, ways, names, beside, &instead, progress)?;
         return Ok(Bundle { fallback: Some(Fallback::Layout { choice, problems }), ..bundle });
     }
     progress.check()?;
@@ -350,7 +311,7 @@ fn bake_model(
     );
     let glb = manifest.carrier.glb.as_ref().map(|_| {
         progress.stage("glTF");
-        carrier::glb(model, &normals, &manifest, &maps, &carrier.obj, names, beside)
+        carrier::glb(model, normals, &manifest, &maps, &carrier.obj, names, beside)
     });
     let glb = glb.transpose()?;
     progress.check()?;
@@ -387,14 +348,14 @@ pub fn check(
         Err(AtlasError::NoUvs) if entry.layout == Layout::Vertex => None,
         atlas => Some(atlas?),
     };
-    let normals = displacement_normals(model, manifest.normals)?;
+    let ways = goal.ways(model, entry.map, Some(manifest.normals), progress)?;
     let mut frames = Vec::new();
     if entry.map == MapKind::VectorTangent {
         let atlas = atlas.as_ref().ok_or(BakeError::NoTangents)?;
-        let of_corners = tangents::tangents(model.surface(), atlas, &normals);
-        frames = tangents::at_vertices(model.surface(), atlas, &normals, &of_corners);
+        let of_corners = tangents::tangents(model.surface(), atlas, &ways.normals);
+        frames = tangents::at_vertices(model.surface(), atlas, &ways.normals, &of_corners);
     }
-    let offsets = Offsets::new(model, goal, entry.map, &normals, &frames, progress)?;
+    let offsets = Offsets::new(model, entry.map, &ways, &frames);
     let findings = match (&atlas, entry.layout) {
         (Some(atlas), Layout::Uv) => {
             let coverage = Coverage::new(model.surface(), atlas, entry.size(), progress)?;
@@ -405,7 +366,7 @@ pub fn check(
     progress.stage("verifying");
     let evidence = Evidence {
         model,
-        normals: &normals,
+        ways: &ways,
         frames: &frames,
         offsets: &offsets,
         findings,
@@ -427,7 +388,14 @@ fn with_uvs_of(model: &Model, carrier: &Obj, welding: Welding) -> Result<Model, 
 }
 
 /// The manifest as far as it is known before the files are.
-fn describe(model: &Model, names: &Names, atlas: Option<&Atlas>, settings: &Settings, maps: &Maps) -> Manifest {
+fn describe(
+    model: &Model,
+    ways: &Ways,
+    names: &Names,
+    atlas: Option<&Atlas>,
+    settings: &Settings,
+    maps: &Maps,
+) -> Manifest {
     let size = maps.size;
     let is_uv = maps.plan.is_uv();
     let normal_map = maps.normal_map.as_ref().map(|(_, size)| NormalMapEntry {
@@ -444,9 +412,10 @@ fn describe(model: &Model, names: &Names, atlas: Option<&Atlas>, settings: &Sett
             vertices: model.obj().positions().len(),
             faces: model.obj().faces().len(),
         },
-        method: settings.goal.method(),
+        method: settings.goal.method(settings.map),
+        choice: ways.choice.clone(),
         welding: settings.welding,
-        normals: settings.normals,
+        normals: ways.source,
         displacement: MapEntry {
             file: format!("{}.displacement.{}", names.stem, settings.texel.file().extension()),
             map: settings.map,
@@ -466,7 +435,7 @@ fn describe(model: &Model, names: &Names, atlas: Option<&Atlas>, settings: &Sett
         normal_map,
         carrier: Carrier::default(),
         report: Report { tolerance_quanta: settings.tolerance.0, ..Report::default() },
-        clients: Clients::new(settings.map, maps.encoding, settings.lambda.0),
+        clients: Clients::new(settings.map, ways.source, maps.encoding, settings.lambda.0),
     }
 }
 

@@ -12,7 +12,7 @@
 //! use planish_geometry::progress::Silent;
 //! use planish_geometry::texture::{self, Coverage, Interpolation, Size};
 //! use planish_geometry::weld::Welding;
-//! use planish_geometry::{bundle, normals};
+//! use planish_geometry::normals;
 //!
 //! // A pyramid over a square: its tip is lifted by one.
 //! let text = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 1 1 1\n\
@@ -23,7 +23,7 @@
 //!
 //! let one_full_step = Denoiser::Laplacian(Laplacian { iterations: 1, step: 1.0, ..Laplacian::default() });
 //! let deltas = one_full_step.deltas(surface, &Silent)?;
-//! let normals = bundle::displacement_normals(&model, NormalSource::Angle)?;
+//! let normals = model.displacement_normals(NormalSource::Angle, &deltas)?;
 //! let heights = normals::heights(&deltas, &normals);
 //! assert_eq!(heights, [0.0, 0.0, 0.0, 0.0, 1.0]); // the boundary stays, the tip goes down to the square
 //!
@@ -42,6 +42,8 @@
 pub mod apply;
 pub mod atlas;
 pub mod bundle;
+pub mod colormap;
+pub mod coloured;
 pub mod denoise;
 pub mod displacement;
 pub mod gltf;

@@ -3,7 +3,8 @@
 //! Names are relative to the manifest's folder. Lengths are in model units. Every field below is written; unknown
 //! fields are passed over when reading, so that later versions may add some.
 
-use crate::denoise::Denoiser;
+use crate::denoise::limits::Outcome;
+use crate::denoise::{Denoising, Loss, auto};
 use crate::displacement::{Encoding, MapKind, TexelFormat};
 use crate::model::NormalSource;
 use crate::ragged::Index;
@@ -13,6 +14,7 @@ use crate::texture::{Interpolation, Size, Texels};
 use crate::weld::Welding;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
+use std::fmt;
 
 mod clients;
 
@@ -36,6 +38,9 @@ pub struct Manifest {
     pub source: Source,
     /// How it was denoised.
     pub method: Method,
+    /// What the method `auto` measured and chose; none with other methods.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub choice: Option<auto::Choice>,
     /// Which `v` lines count as one vertex.
     pub welding: Welding,
     /// Where the normals that the map displaces along come from.
@@ -74,7 +79,7 @@ pub struct Source {
 #[serde(untagged, expecting = "`method` is not an object with a `name`")]
 pub enum Method {
     /// By this, all settings included.
-    Denoiser(Denoiser),
+    Denoiser(Denoising),
     /// By somebody else.
     Target(Target),
     /// By something that this version does not know; the map can be used all the same.
@@ -271,11 +276,51 @@ pub struct Report {
     pub layout: Findings,
     /// Root mean square over the vertices of |δ − h·n|: the part of the way that heights leave out. Zero for vectors.
     pub left_out_rms: f64,
+    /// What heights cost in the angles of the faces; only with [`MapKind::Scalar`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heights: Option<HeightsLoss>,
+    /// What limits of the method did; none without any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limits: Option<Outcome>,
     /// Vertices of faces whose normals cancel; a map of heights does not displace them.
     pub vertices_without_normal: usize,
     /// What would make the map better.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub suggestion: Option<String>,
+}
+
+/// What a map of heights leaves out of the denoised surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct HeightsLoss {
+    /// Mean angle by which denoising turns the faces, before heights are made of it, degrees.
+    pub turned_deg: f64,
+    /// Mean angle between the faces of that surface and of the one that the heights give, degrees.
+    pub lost_deg: f64,
+}
+
+impl HeightsLoss {
+    /// Whether a map of vectors is worth three channels: more than half a degree is lost, below which shading shows no
+    /// difference, and more than a tenth of the turn, so that a part of the noise is left that can be seen.
+    pub fn is_much(&self) -> bool {
+        self.lost_deg > 0.5 && self.lost_deg > 0.1 * self.turned_deg
+    }
+}
+
+impl From<Loss> for HeightsLoss {
+    fn from(loss: Loss) -> Self {
+        Self { turned_deg: loss.turned, lost_deg: loss.lost }
+    }
+}
+
+impl fmt::Display for HeightsLoss {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { turned_deg, lost_deg } = self;
+        write!(f, "heights lose {lost_deg:.2}° of the {turned_deg:.2}° by which denoising turns the faces")?;
+        if self.is_much() {
+            write!(f, ": a map of vectors loses nothing")?;
+        }
+        Ok(())
+    }
 }
 
 /// Differences between the height that a vertex samples and its own; of vectors the largest of the three.

@@ -5,33 +5,17 @@
 //! mesh, and Ev is the area-weighted L2 vertex error of Sun, Rosin, Martin, Langbein 2007.
 
 mod distance;
+mod heat;
+mod triangles;
 
-use crate::obj::Obj;
-use crate::polygon;
+pub use heat::{Heat, colours, heat};
+pub use triangles::Triangles;
+
 use crate::ragged::Index;
 use distance::Distances;
 use glam::DVec3;
 use serde::Serialize;
-
-/// Triangles in space, exactly as a file has them: nothing is welded or left out.
-#[derive(Clone, Debug)]
-pub struct Triangles {
-    positions: Vec<DVec3>,
-    triangles: Vec<[Index; 3]>,
-}
-
-impl From<&Obj> for Triangles {
-    fn from(obj: &Obj) -> Self {
-        let mut triangles = Vec::new();
-        let mut points = Vec::new();
-        for face in obj.faces().iter() {
-            points.clear();
-            points.extend(face.iter().map(|c| obj.positions()[c.position as usize]));
-            polygon::triangulate(&points, |t| triangles.push(t.map(|k| face[k].position)));
-        }
-        Self { positions: obj.positions().to_vec(), triangles }
-    }
-}
+use triangles::{Edges, Shapes};
 
 /// Why two meshes cannot be compared.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -122,23 +106,22 @@ pub struct Comparison {
 
 /// Measures a result against the clean mesh; both must join the same vertices.
 pub fn compare(clean: &Triangles, result: &Triangles) -> Result<Comparison, CompareError> {
-    check_connectivity(clean, result)?;
+    clean.check_connectivity(result)?;
     // From here on with the clean order of faces, whatever that of the result.
     let faces = &clean.triangles;
     let (clean_shape, shape) = (Shapes::of(&clean.positions, faces), Shapes::of(&result.positions, faces));
     let mean_area = mean(clean_shape.areas.iter().copied());
     let sound = |f: &usize| clean_shape.areas[*f] > 1e-12 * mean_area;
-    let angle = |f: usize| if shape.areas[f] > 0.0 { degrees(clean_shape.normals[f], shape.normals[f]) } else { 90.0 };
     let measured: Vec<usize> = (0..faces.len()).filter(sound).collect();
-    let angles: Vec<f64> = measured.iter().map(|&f| angle(f)).collect();
+    let of_faces = shape.angles_from(&clean_shape);
+    let angles: Vec<f64> = measured.iter().map(|&f| of_faces[f]).collect();
     let weighted = measured.iter().zip(&angles).map(|(&f, a)| a * clean_shape.areas[f]);
     let weight: f64 = measured.iter().map(|&f| clean_shape.areas[f]).sum();
     let mut sorted = angles.clone();
     sorted.sort_unstable_by(f64::total_cmp);
 
     let edges = Edges::of(faces);
-    let length = |[a, b]: &[Index; 2]| clean.positions[*a as usize].distance(clean.positions[*b as usize]);
-    let mean_edge = mean(edges.ends.iter().map(length));
+    let mean_edge = edges.mean(&clean.positions);
     let mut cells = vec![0.0; clean.positions.len()];
     let mut used = vec![false; clean.positions.len()];
     for (t, area) in faces.iter().zip(&clean_shape.areas) {
@@ -159,7 +142,6 @@ pub fn compare(clean: &Triangles, result: &Triangles) -> Result<Comparison, Comp
     let moved = used.iter().map(|&v| clean.positions[v].distance(result.positions[v]));
     let share = |limit: f64| 100.0 * angles.iter().filter(|a| **a > limit).count() as f64 / angles.len() as f64;
     let volume = || 100.0 * (volume(&result.positions, faces) / volume(&clean.positions, faces) - 1.0);
-    let folded = |shapes: &Shapes, [f, g]: [usize; 2]| fold_angle(shapes.normals[f], shapes.normals[g]) > 150.0;
     Ok(Comparison {
         vertices: clean.positions.len(),
         faces: faces.len(),
@@ -183,103 +165,16 @@ pub fn compare(clean: &Triangles, result: &Triangles) -> Result<Comparison, Comp
         degenerate: (0..faces.len())
             .filter(|&f| shape.is_sliver(f, mean_area) && !clean_shape.is_sliver(f, mean_area))
             .count(),
-        fold_edges: edges.pairs.iter().filter(|p| folded(&shape, **p) && !folded(&clean_shape, **p)).count(),
+        fold_edges: edges.pairs.iter().filter(|p| shape.is_fold(**p) && !clean_shape.is_fold(**p)).count(),
         mean_edge,
         bbox_diag: diagonal,
     })
-}
-
-/// The same triangles, in any order and from any first corner.
-fn check_connectivity(clean: &Triangles, result: &Triangles) -> Result<(), CompareError> {
-    let counts = |mesh: &Triangles| (mesh.positions.len(), mesh.triangles.len());
-    if counts(clean) != counts(result) {
-        let ((clean_vertices, clean_faces), (vertices, faces)) = (counts(clean), counts(result));
-        return Err(CompareError::Counts { clean_vertices, clean_faces, vertices, faces });
-    }
-    if clean.triangles == result.triangles {
-        return Ok(());
-    }
-    let canonical = |mesh: &Triangles| {
-        let lowest_first =
-            |[a, b, c]: [Index; 3]| [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap_or([a, b, c]);
-        let mut all: Vec<_> = mesh.triangles.iter().enumerate().map(|(i, t)| (lowest_first(*t), i)).collect();
-        all.sort_unstable();
-        all
-    };
-    let (ours, theirs) = (canonical(clean), canonical(result));
-    let different = ours.iter().zip(&theirs).find(|(a, b)| a.0 != b.0);
-    different.map_or(Ok(()), |(_, b)| Err(CompareError::Connectivity(b.1)))
-}
-
-/// What is needed of each triangle.
-struct Shapes {
-    normals: Vec<DVec3>,
-    areas: Vec<f64>,
-    smallest_angles: Vec<f64>,
-}
-
-impl Shapes {
-    fn of(positions: &[DVec3], faces: &[[Index; 3]]) -> Self {
-        let corners = || faces.iter().map(|t| t.map(|v| positions[v as usize]));
-        let vectors: Vec<DVec3> = corners().map(|[a, b, c]| (b - a).cross(c - a)).collect();
-        let angle = |a: DVec3, b: DVec3, c: DVec3| degrees(b - a, c - a);
-        Self {
-            normals: vectors
-                .iter()
-                .map(|n| *n / n.length())
-                .map(|n| if n.is_finite() { n } else { DVec3::ZERO })
-                .collect(),
-            areas: vectors.iter().map(|n| n.length() / 2.0).collect(),
-            smallest_angles: corners()
-                .map(|[a, b, c]| angle(a, b, c).min(angle(b, c, a)).min(angle(c, a, b)))
-                .collect(),
-        }
-    }
-    fn is_sliver(&self, face: usize, mean_clean_area: f64) -> bool {
-        self.areas[face] < 1e-6 * mean_clean_area || self.smallest_angles[face] < 0.5
-    }
-}
-
-/// Angle between two vectors, accurate for small ones, degrees.
-fn degrees(a: DVec3, b: DVec3) -> f64 {
-    a.cross(b).length().atan2(a.dot(b)).to_degrees()
-}
-
-/// Angle between unit normals; a face without one counts as 90° off.
-fn fold_angle(a: DVec3, b: DVec3) -> f64 {
-    a.dot(b).clamp(-1.0, 1.0).acos().to_degrees()
 }
 
 fn volume(positions: &[DVec3], faces: &[[Index; 3]]) -> f64 {
     let centre = positions.iter().sum::<DVec3>() / positions.len() as f64;
     let corners = faces.iter().map(|t| t.map(|v| positions[v as usize] - centre));
     corners.map(|[a, b, c]| a.dot(b.cross(c))).sum::<f64>() / 6.0
-}
-
-/// Edges of a list of triangles.
-struct Edges {
-    ends: Vec<[Index; 2]>,
-    /// The two triangles of each edge that has two.
-    pairs: Vec<[usize; 2]>,
-    closed: bool,
-}
-
-impl Edges {
-    fn of(faces: &[[Index; 3]]) -> Self {
-        let sides =
-            |(f, &[a, b, c]): (usize, &[Index; 3])| [(a, b), (b, c), (c, a)].map(|(i, j)| ([i.min(j), i.max(j)], f));
-        let mut halves: Vec<_> = faces.iter().enumerate().flat_map(sides).collect();
-        halves.sort_unstable();
-        let mut out = Self { ends: Vec::new(), pairs: Vec::new(), closed: true };
-        for same in halves.chunk_by(|a, b| a.0 == b.0) {
-            out.ends.push(same[0].0);
-            match same {
-                [a, b] => out.pairs.push([a.1, b.1]),
-                _ => out.closed = false,
-            }
-        }
-        out
-    }
 }
 
 fn mean(of: impl ExactSizeIterator<Item = f64>) -> f64 {
@@ -298,16 +193,12 @@ pub fn percentile(sorted: &[f64], share: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::obj::Obj;
     use crate::shapes;
-    use crate::surface::Surface;
-
-    fn triangles(surface: &Surface) -> Triangles {
-        Triangles { positions: surface.positions().to_vec(), triangles: surface.triangles().collect() }
-    }
 
     #[test]
     fn a_mesh_is_at_no_distance_from_itself() {
-        let sphere = triangles(&shapes::dented_sphere(2));
+        let sphere = Triangles::of(&shapes::dented_sphere(2));
         let same = compare(&sphere, &sphere).unwrap();
         assert_eq!((same.ea, same.d_max, same.drev_max, same.flipped, same.fold_edges), (0.0, 0.0, 0.0, 0, 0));
         assert_eq!(same.vol_change_pct, Some(0.0));
@@ -317,7 +208,7 @@ mod tests {
     fn a_larger_sphere_is_off_by_the_difference_of_the_radii() {
         let sphere = shapes::sphere(3);
         let larger = sphere.at(sphere.positions().iter().map(|p| *p * 1.1).collect());
-        let found = compare(&triangles(&sphere), &triangles(&larger)).unwrap();
+        let found = compare(&Triangles::of(&sphere), &Triangles::of(&larger)).unwrap();
         assert!(found.ea < 1e-6);
         assert!((found.d_mean * found.mean_edge - 0.1).abs() < 1e-12);
         assert!((found.vol_change_pct.unwrap() - 33.1).abs() < 1e-9);
@@ -325,7 +216,7 @@ mod tests {
 
     #[test]
     fn the_order_of_the_faces_does_not_matter_but_the_faces_do() {
-        let sphere = triangles(&shapes::dented_sphere(1));
+        let sphere = Triangles::of(&shapes::dented_sphere(1));
         let mut other = sphere.clone();
         other.triangles.reverse();
         other.triangles[3].rotate_left(1);
@@ -334,6 +225,21 @@ mod tests {
         assert_eq!(compare(&sphere, &other).unwrap_err(), CompareError::Connectivity(3));
         other.triangles.pop();
         assert!(matches!(compare(&sphere, &other), Err(CompareError::Counts { faces: 79, .. })));
+    }
+
+    #[test]
+    fn a_polygon_is_compared_by_the_triangles_of_the_clean_mesh() {
+        // Two darts, which are cut from the corner that points inwards: the second and the first one.
+        let dart = |places: [[f64; 2]; 4]| {
+            let lines: String = places.iter().map(|[x, y]| format!("v {x} {y} 0\n")).collect();
+            Triangles::from(&Obj::parse((lines + "f 1 2 3 4\n").into_bytes()).unwrap())
+        };
+        let wide = dart([[-1.0, 0.0], [0.0, 0.5], [1.0, 0.0], [0.0, 1.0]]);
+        let high = dart([[0.5, 0.0], [0.0, -1.0], [1.0, 0.0], [0.0, 1.0]]);
+        let diagonals = [&wide, &high].map(|mesh| mesh.triangles().iter().filter(|t| t.contains(&0)).count());
+        assert_ne!(diagonals[0], diagonals[1], "otherwise this shows nothing");
+        let found = compare(&wide, &high).unwrap();
+        assert_eq!(found, compare(&wide, &wide.at(high.positions().to_vec())).unwrap());
     }
 
     #[test]

@@ -7,7 +7,7 @@ use crate::ragged::{Index, Ragged};
 use crate::surface::Surface;
 use crate::topology::{self, EdgeKind, TidyFaces, Topology};
 use crate::weld::{Weld, Welding};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// Where the vertex normals come from.
@@ -23,6 +23,8 @@ pub enum NormalSource {
     /// [`FaceWeight::Angle`].
     #[default]
     Angle,
+    /// The same on the denoised surface, before what heights leave out of it.
+    Denoised,
 }
 
 /// The file has no usable `vn` line that a face names.
@@ -109,13 +111,22 @@ impl Model {
         let corners = 0..self.surface.topology().faces().items().len() as Index;
         Atlas::new(&self.surface, self.obj.uvs(), corners.map(|c| self.source_corner(c).uv()))
     }
-    /// Unit normal of each vertex; zero where there is none. #V×3
-    pub fn vertex_normals(&self, source: NormalSource) -> Result<Vec<DVec3>, NoFileNormals> {
+    /// Normals of the vertices in single precision, as baker, carrier and shader use them. #V×3
+    pub fn displacement_normals(&self, source: NormalSource, deltas: &[DVec3]) -> Result<Vec<Vec3>, NoFileNormals> {
+        Ok(self.vertex_normals(source, deltas)?.into_iter().map(DVec3::as_vec3).collect())
+    }
+    /// Unit normal of each vertex; zero where there is none. δ (#V×3, model units) says where the denoised surface is.
+    /// #V×3
+    pub fn vertex_normals(&self, source: NormalSource, deltas: &[DVec3]) -> Result<Vec<DVec3>, NoFileNormals> {
         let weight = match source {
             NormalSource::File => return self.file_normals(),
             NormalSource::Uniform => FaceWeight::Uniform,
             NormalSource::Area => FaceWeight::Area,
             NormalSource::Angle => FaceWeight::Angle,
+            NormalSource::Denoised => {
+                let places = self.surface.positions().iter().zip(deltas).map(|(p, delta)| *p - *delta).collect();
+                return Ok(normals::vertex_normals(&self.surface.at(places), FaceWeight::Angle));
+            }
         };
         Ok(normals::vertex_normals(&self.surface, weight))
     }

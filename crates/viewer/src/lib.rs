@@ -21,7 +21,6 @@
 //! ```
 
 pub mod camera;
-pub mod colormap;
 pub mod colour;
 pub mod environment;
 pub mod gpu;

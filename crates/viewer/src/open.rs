@@ -6,7 +6,7 @@ use crate::scene::Scene;
 use crate::settings::{Settings, Shading};
 use crate::texture::{Content, Texture};
 use image::ImageReader;
-use planish_geometry::apply;
+use planish_geometry::apply::{self, ShaderVertex};
 use planish_geometry::bundle::{self, Belongings, Names};
 use planish_geometry::displacement::{Displacement, Encoding, MapKind, TexelFormat};
 use planish_geometry::manifest::{Manifest, NormalMapEntry};
@@ -97,7 +97,9 @@ pub fn open(files: &Files, settings: &Settings, progress: &dyn Progress) -> Resu
         }
         (None, Some(path), Some(manifest)) => {
             let image = path.with_file_name(&manifest.displacement.file);
-            add_map(&mut scene, &model, &manifest, &read(&image)?, &image, &mesh)?;
+            let carrier = || Obj::parse(read(&path.with_file_name(&manifest.carrier.obj)).ok()?).ok();
+            let lines = apply::baked_vertices(model.obj(), &manifest, &carrier).map_err(BadFile::at(&mesh))?;
+            add_map(&mut scene, &model, &manifest, &lines, &read(&image)?, &image)?;
             if let Some(entry) = &manifest.normal_map {
                 let path = path.with_file_name(&entry.file);
                 scene.normal_map = Some(normal_map(&read(&path)?, entry, &path)?);
@@ -129,7 +131,9 @@ fn bake(scene: &mut Scene, model: &Model, mesh: &Path, progress: &dyn Progress) 
         .map_err(BadFile::at(mesh))?;
     let bytes = |name: &str| bundle.files.iter().find(|f| f.name == name).map_or(&[][..], |f| &f.bytes);
     let map = Path::new(&bundle.manifest.displacement.file);
-    add_map(scene, model, &bundle.manifest, bytes(&bundle.manifest.displacement.file), map, mesh)?;
+    let carrier = || Obj::parse(bytes(&bundle.manifest.carrier.obj).to_vec()).ok();
+    let lines = apply::baked_vertices(model.obj(), &bundle.manifest, &carrier).map_err(BadFile::at(mesh))?;
+    add_map(scene, model, &bundle.manifest, &lines, bytes(&bundle.manifest.displacement.file), map)?;
     if let Some(entry) = &bundle.manifest.normal_map {
         scene.normal_map = Some(normal_map(bytes(&entry.file), entry, Path::new(&entry.file))?);
     }
@@ -140,14 +144,13 @@ fn add_map(
     scene: &mut Scene,
     model: &Model,
     manifest: &Manifest,
+    lines: &[ShaderVertex],
     image: &[u8],
     path: &Path,
-    mesh: &Path,
 ) -> Result<(), BadFile> {
     let entry = &manifest.displacement;
     let map = Displacement::decode(image, entry.map, entry.size(), entry.encoding()).map_err(BadFile::at(path))?;
-    let lines = apply::baked_vertices(model.obj(), manifest).map_err(BadFile::at(mesh))?;
-    scene.relief = Some(input::relief(model, scene, map, &lines));
+    scene.relief = Some(input::relief(model, scene, map, lines));
     Ok(())
 }
 

@@ -2,13 +2,13 @@
 //! image is drawn from.
 
 use crate::camera::{Camera, Projection};
-use crate::colormap::Colormap;
 use crate::colour::Colour;
 use crate::environment::Surroundings;
 use crate::ground::Ground;
 use crate::lights::{Ambient, Light, LightKind, MAX_LIGHTS};
 use crate::shadow::Shadow;
 use clap::ValueEnum;
+use planish_geometry::colormap::Colormap;
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 use thiserror::Error;

@@ -4,7 +4,6 @@
 //! James F. Blinn. Models of light reflection for computer synthesized pictures. SIGGRAPH 1977.
 
 use crate::camera::View;
-use crate::colormap::Colormap;
 use crate::colour::linear_from_srgb;
 use crate::environment::Around;
 use crate::ground::{Disc, Show};
@@ -14,6 +13,7 @@ use crate::scene::{Scene, Side};
 use crate::settings::{Normals, Overlay, Range, Sampling, Settings, Shading};
 use crate::software::ShadowMaps;
 use glam::{Mat3, Vec2, Vec3, Vec4};
+use planish_geometry::colormap::Colormap;
 use planish_geometry::displacement::{Place, Weights};
 use planish_geometry::texture::tangents::Tangent;
 
@@ -235,7 +235,9 @@ impl<'a> Shader<'a> {
     fn heat(&self, fragment: &Fragment) -> Vec3 {
         let number = if self.settings.shading == Shading::Height { Some(fragment.height) } else { fragment.scalar };
         match (self.heat, number) {
-            (Some((map, Range { low, high })), Some(x)) if x.is_finite() => map.at((x - low) / (high - low)),
+            (Some((map, Range { low, high })), Some(x)) if x.is_finite() => {
+                map.encoded((x - low) / (high - low)).map(linear_from_srgb)
+            }
             _ => self.settings.material.colour.linear(),
         }
     }

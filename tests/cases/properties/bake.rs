@@ -3,7 +3,7 @@
 use super::{cases, finite};
 use crate::support::{bake, heights, keeps_its_promises, model, obj_text, sampled};
 use glam::{DVec2, DVec3};
-use planish_geometry::bundle::{Goal, Lambda, LayoutChoice, Settings};
+use planish_geometry::bundle::{Lambda, LayoutChoice, Settings};
 use planish_geometry::denoise::{Denoiser, Laplacian};
 use planish_geometry::displacement::{Encoding, TexelFormat};
 use planish_geometry::model::NormalSource;
@@ -51,18 +51,18 @@ fn settings() -> impl Strategy<Value = Settings> {
         vec![Interpolation::Barycentric, Interpolation::Natural, Interpolation::Idw, Interpolation::Nearest];
     let formats = TexelFormat::ALL.to_vec();
     let layouts = vec![LayoutChoice::Auto, LayoutChoice::Uv, LayoutChoice::Vertex];
-    let normals = vec![NormalSource::Uniform, NormalSource::Area, NormalSource::Angle];
+    let normals = vec![NormalSource::Uniform, NormalSource::Area, NormalSource::Angle, NormalSource::Denoised];
     let texels = vec![Texels::Fitted, Texels::Interpolated];
     (1..70_u32, select(interpolations), select(texels), select(formats), select(layouts), select(normals), 1..4_u32)
         .prop_map(|(side, interpolation, texels, texel, layout, normals, iterations)| Settings {
-            goal: Goal::Denoiser(Denoiser::Laplacian(Laplacian { iterations, step: 1.0, ..Laplacian::default() })),
+            goal: Denoiser::Laplacian(Laplacian { iterations, step: 1.0, ..Laplacian::default() }).into(),
             lambda: Lambda(0.7),
             side: Some(side),
             interpolation,
             texels,
             texel,
             layout,
-            normals,
+            normals: Some(normals),
             ..Settings::default()
         })
 }

@@ -3,11 +3,10 @@
 
 use glam::{DVec3, Vec3};
 use planish_geometry::apply::{self, Places, ShaderVertex};
-use planish_geometry::bundle::displacement_normals;
+use planish_geometry::bundle::Goal;
 use planish_geometry::displacement::{Displacement, Place};
 use planish_geometry::manifest::{Manifest, Method};
 use planish_geometry::model::Model;
-use planish_geometry::normals;
 use planish_geometry::obj::Obj;
 use planish_geometry::progress::Silent;
 use std::error::Error;
@@ -57,10 +56,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// p − h·n of each vertex.
 fn expected(model: &Model, manifest: &Manifest) -> Result<Vec<DVec3>, Box<dyn Error>> {
-    let Method::Denoiser(denoiser) = &manifest.method else { return Err("baked with --target".into()) };
-    let deltas = denoiser.deltas(model.surface(), &Silent)?;
-    let along = displacement_normals(model, manifest.normals)?;
-    let heights = normals::heights(&deltas, &along);
-    let places = model.surface().positions().iter().zip(heights.iter().zip(&along));
-    Ok(places.map(|(p, (h, n))| *p - *h * n.as_dvec3()).collect())
+    let Method::Denoiser(denoising) = &manifest.method else { return Err("baked with --target".into()) };
+    let goal = Goal::Denoiser(denoising.clone());
+    let ways = goal.ways(model, manifest.displacement.map, Some(manifest.normals), &Silent)?;
+    Ok(model.surface().positions().iter().zip(ways.deltas).map(|(p, delta)| *p - delta).collect())
 }

@@ -3,22 +3,28 @@
 //! A method is its name and the settings of the library, as they stand in the manifest; each option names the setting
 //! that it replaces, and so goes with the methods that have it.
 
+use super::limits::LimitArgs;
 use super::values::{
-    BoundaryArg, FoldOversArg, MotionArg, NeighboursArg, SchemeArg, SolverArg, WeightsArg, above_zero,
-    in_unit_interval, inflation, not_negative, share_above_zero, welding,
+    BoundaryArg, FoldOversArg, KindArg, MotionArg, NeighboursArg, PriorArg, SchemeArg, SolverArg, VertexUpdateArg,
+    WeightsArg, above_zero, candidate, in_unit_interval, inflation, not_negative, share_above_zero, welding,
 };
 use crate::failure::Failure;
 use clap::{Args, ValueEnum};
-use planish_geometry::denoise::{Boundary, Denoiser, EdgeWeights, FoldOvers, Motion, Neighbours, Scheme, Solver};
+use planish_geometry::denoise::auto::Candidate;
+use planish_geometry::denoise::{
+    Boundary, Denoiser, Denoising, EdgeWeights, FoldOvers, Kind, Motion, Neighbours, Prior, Scheme, Solver,
+    VertexScheme,
+};
+use planish_geometry::obj::Obj;
 use planish_geometry::weld::Welding;
 use serde::Serialize;
 use serde_json::Value;
+use std::path::PathBuf;
 
 /// Methods by name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum MethodArg {
+pub(crate) enum MethodArg {
     /// Steps towards the mean of the neighbours
-    #[default]
     Laplacian,
     /// The same without shrinking: each step is followed by one away from the mean
     Taubin,
@@ -38,16 +44,33 @@ enum MethodArg {
     L0,
     /// Total generalised variation of the face normals: sharp edges and curved faces (Liu 2021)
     TgvNormals,
+    /// The most probable surface, given the noise, where normals turn evenly but for creases
+    Map,
+    /// Measures the noise, tries several priors and smoothings, and mixes the best; leaves clean meshes alone
+    #[default]
+    Auto,
 }
 
 /// Where settings start from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum PresetArg {
+pub(crate) enum PresetArg {
     /// What works on most meshes
     #[default]
     Default,
     /// What the authors of the method used
     Paper,
+}
+
+impl MethodArg {
+    fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+    /// The method with its default settings.
+    pub(crate) fn denoiser(self) -> Result<Denoiser, Failure> {
+        let name = self.name();
+        let found = Denoiser::every().into_iter().find(|method| method.name() == name);
+        found.ok_or_else(|| Failure::Internal(format!("the library has no method {name}")))
+    }
 }
 
 /// How to denoise.
@@ -60,7 +83,7 @@ pub(crate) struct MethodArgs {
     /// Settings that are not given: paper for those of the method's authors, where they differ
     #[arg(long, value_enum, default_value_t)]
     preset: PresetArg,
-    /// Number of steps; of pairs of steps with taubin, of steps of the normals with the filters of normals
+    /// Number of steps; of pairs of steps with taubin, of steps of the normals with the filters of normals, of rounds with map
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=100_000), allow_negative_numbers = true)]
     iterations: Option<u32>,
     /// laplacian, taubin: share of the way to the mean of the neighbours that a step goes, 0 to 1 [default: 0.5]
@@ -115,21 +138,43 @@ pub(crate) struct MethodArgs {
     /// tgv-normals: weight of curvature that changes against normals that jump [default: 0.4]
     #[arg(long, value_name = "W", value_parser = above_zero, allow_negative_numbers = true)]
     second_order: Option<f64>,
-    /// Filters of normals: steps of the vertices [default: 10, sun: 50, tgv-normals: 20]
+    /// map, auto: standard deviation of the noise in mean edge lengths [default: measured on the mesh]
+    #[arg(long, value_name = "S", value_parser = not_negative, allow_negative_numbers = true)]
+    noise: Option<f64>,
+    /// auto: what the noise is like [default: measured on the mesh]
+    #[arg(long, value_enum)]
+    noise_kind: Option<KindArg>,
+    /// auto: what is tried: flat, sharp, creases, mixed, detail, smooth (priors of map), linear-faint, linear-light, linear,
+    /// linear-strong, stay; several with commas between them [default: all that suit the noise]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = candidate)]
+    candidates: Option<Vec<Candidate>>,
+    /// map: what surfaces are taken to be like [default: creases]
+    #[arg(long, value_enum)]
+    prior: Option<PriorArg>,
+    /// map: weight of the prior against the data [default: as --prior has it]
+    #[arg(long, value_name = "W", value_parser = above_zero, allow_negative_numbers = true)]
+    strength: Option<f64>,
+    /// Filters of normals: how vertices follow [default: descent]
+    #[arg(long, value_enum)]
+    vertex_update: Option<VertexUpdateArg>,
+    /// Filters of normals: steps of the vertices with --vertex-update descent [default: 10, sun: 50, tgv-normals: 20]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=100_000), allow_negative_numbers = true)]
     vertex_iterations: Option<u32>,
     /// Filters of normals: pull of the vertices to the input, in pulls of a face around [default: 0.05, paper: 0]
     #[arg(long, value_name = "W", value_parser = not_negative, allow_negative_numbers = true)]
     closeness: Option<f64>,
-    /// Filters of normals: where vertices may go [default: free]
+    /// map, auto and filters of normals: where vertices may go [default: free; bake --map scalar: along-normal]
     #[arg(long, value_enum)]
     motion: Option<MotionArg>,
     /// Filters of normals: what happens to steps that fold the surface over [default: prevent, paper: allow]
     #[arg(long, value_enum)]
     fold_overs: Option<FoldOversArg>,
-    /// What happens at the rim of an open mesh [default: fixed; free with guided-normals, l0 and tgv-normals]
+    /// What happens at the rim of an open mesh [default: free; fixed with laplacian, taubin, hc, implicit, bilateral, sun and
+    /// bilateral-normals]
     #[arg(long, value_enum)]
     boundary: Option<BoundaryArg>,
+    #[command(flatten)]
+    limits: LimitArgs,
     /// Which `v` lines are one vertex: exact (equal coordinates), none, or a distance in model units
     ///
     /// Exporters split vertices at UV seams; without welding the mesh would be cut open there.
@@ -138,7 +183,7 @@ pub(crate) struct MethodArgs {
 }
 
 /// Options that say how to denoise, and so mean nothing where the denoised mesh is given.
-pub(super) const METHOD_OPTIONS: [&str; 25] = [
+pub(super) const METHOD_OPTIONS: [&str; 34] = [
     "method",
     "preset",
     "iterations",
@@ -159,19 +204,37 @@ pub(super) const METHOD_OPTIONS: [&str; 25] = [
     "sparsity",
     "fidelity",
     "second_order",
+    "noise",
+    "noise_kind",
+    "candidates",
+    "prior",
+    "strength",
+    "vertex_update",
     "vertex_iterations",
     "closeness",
     "motion",
     "fold_overs",
     "boundary",
+    "fix",
+    "max_displacement",
+    "preserve_volume",
 ];
 
 impl MethodArgs {
-    pub(crate) fn denoiser(&self) -> Result<Denoiser, Failure> {
-        let every = Denoiser::every();
-        let name = self.method.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned());
-        let internal = || Failure::Internal(format!("the method {name} has settings that it does not know"));
-        let default = every.iter().find(|method| method.name() == name).ok_or_else(internal)?;
+    /// The method, and its limits for a mesh.
+    pub(crate) fn denoising(&self, mesh: &Obj) -> Result<Denoising, Failure> {
+        Ok(Denoising { denoiser: self.denoiser()?, limits: self.limits.limits(mesh)? })
+    }
+
+    /// Files that say which vertices stay.
+    pub(crate) fn masks(&self) -> impl Iterator<Item = &PathBuf> {
+        self.limits.masks()
+    }
+
+    fn denoiser(&self) -> Result<Denoiser, Failure> {
+        let default = self.method.denoiser()?;
+        let internal =
+            || Failure::Internal(format!("the method {} has settings that it does not know", default.name()));
         let start = match self.preset {
             PresetArg::Default => default.clone(),
             PresetArg::Paper => {
@@ -192,8 +255,10 @@ impl MethodArgs {
     fn given(&self) -> Vec<(&'static str, &'static [&'static str], Value)> {
         let number = |x: Option<f64>| x.map(Value::from);
         let count = |n: Option<u32>| n.map(Value::from);
-        let all: [(_, &[_], _); 23] = [
-            ("--iterations", &["/iterations"], count(self.iterations)),
+        let all: [(_, &[_], _); 29] = [
+            // First, for others change settings of it.
+            ("--prior", &["/prior"], choice::<_, Prior>(self.prior)),
+            ("--iterations", &["/iterations", "/prior/rounds"], count(self.iterations)),
             ("--step", &["/step"], number(self.step)),
             ("--inflate", &["/inflate"], number(self.inflate)),
             ("--time", &["/time"], number(self.time)),
@@ -211,9 +276,14 @@ impl MethodArgs {
             ("--sparsity", &["/sparsity"], number(self.sparsity)),
             ("--fidelity", &["/fidelity"], number(self.fidelity)),
             ("--second-order", &["/second_order"], number(self.second_order)),
+            ("--noise", &["/noise"], number(self.noise)),
+            ("--noise-kind", &["/kind"], choice::<_, Kind>(self.noise_kind)),
+            ("--candidates", &["/candidates"], self.candidates.as_ref().map(json)),
+            ("--strength", &["/prior/strength"], number(self.strength)),
+            ("--vertex-update", &["/vertex_update/scheme"], choice::<_, VertexScheme>(self.vertex_update)),
             ("--vertex-iterations", &["/vertex_update/iterations"], count(self.vertex_iterations)),
             ("--closeness", &["/vertex_update/closeness"], number(self.closeness)),
-            ("--motion", &["/vertex_update/motion"], choice::<_, Motion>(self.motion)),
+            ("--motion", &["/motion", "/vertex_update/motion"], choice::<_, Motion>(self.motion)),
             ("--fold-overs", &["/vertex_update/fold_overs"], choice::<_, FoldOvers>(self.fold_overs)),
             ("--boundary", &["/boundary", "/vertex_update/boundary"], choice::<_, Boundary>(self.boundary)),
         ];

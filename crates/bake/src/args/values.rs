@@ -2,9 +2,13 @@
 
 use clap::ValueEnum;
 use planish_geometry::bundle::LayoutChoice;
-use planish_geometry::denoise::{Boundary, EdgeWeights, FoldOvers, Motion, Neighbours, Scheme, Solver};
+use planish_geometry::denoise::auto::Candidate;
+use planish_geometry::denoise::{
+    Boundary, EdgeWeights, FoldOvers, Kind, Motion, Neighbours, Prior, Scheme, Solver, VertexScheme,
+};
 use planish_geometry::displacement::FileFormat;
 use planish_geometry::manifest::LARGEST_SIDE;
+use planish_geometry::metrics::Heat;
 use planish_geometry::model::NormalSource;
 use planish_geometry::texture::normal_map::Convention;
 use planish_geometry::texture::{Interpolation, Texels};
@@ -41,6 +45,14 @@ choice!(BoundaryArg => Boundary {
     Free => Boundary::Free,
 });
 
+choice!(HeatArg => Heat {
+    /// Angle to the clean normals, in degrees, mean over the faces around a vertex
+    #[default]
+    Angle => Heat::Angle,
+    /// Distance to the clean surface, in mean edge lengths
+    Distance => Heat::Distance,
+});
+
 choice!(SolverArg => Solver {
     /// Conjugate gradients: for meshes of every size
     #[default]
@@ -65,11 +77,19 @@ choice!(NeighboursArg => Neighbours {
     Edge => Neighbours::Edge,
 });
 
+choice!(VertexUpdateArg => VertexScheme {
+    /// Steps downhill, as in the papers
+    #[default]
+    Descent => VertexScheme::Descent,
+    /// The best fit itself, by conjugate gradients
+    LeastSquares => VertexScheme::LeastSquares,
+});
+
 choice!(MotionArg => Motion {
     /// Anywhere
     #[default]
     Free => Motion::Free,
-    /// Along the vertex normal: all of it fits into a map of heights
+    /// Along one normal for each vertex: all of it fits into a map of heights
     AlongNormal => Motion::AlongNormal,
 });
 
@@ -81,16 +101,54 @@ choice!(FoldOversArg => FoldOvers {
     Allow => FoldOvers::Allow,
 });
 
-choice!(NormalsArg => NormalSource {
-    /// Those of the file, averaged at each vertex
-    File => NormalSource::File,
-    /// Mean of the faces' normals
-    Uniform => NormalSource::Uniform,
-    /// Weighted by area
-    Area => NormalSource::Area,
-    /// Weighted by angle, as Blender's
+choice!(PriorArg => Prior {
+    /// Flat parts with sharp creases
+    Flat => Prior::FLAT,
+    /// Curved parts with sharp creases
+    Sharp => Prior::SHARP,
+    /// Parts with creases that need not be sharp
     #[default]
-    Angle => NormalSource::Angle,
+    Creases => Prior::CREASES,
+    /// Shapes with some creases
+    Mixed => Prior::MIXED,
+    /// Smooth shapes with detail
+    Detail => Prior::DETAIL,
+    /// Smooth shapes
+    Smooth => Prior::SMOOTH,
+});
+
+choice!(KindArg => Kind {
+    /// None: the mesh stays as it is
+    None => Kind::None,
+    /// Each vertex is off by its own amount
+    #[default]
+    Independent => Kind::Independent,
+    /// The same, much more at some vertices than at others
+    Uneven => Kind::Uneven,
+    /// Neighbours are off to the same side, as depth cameras err
+    Correlated => Kind::Correlated,
+});
+
+/// A name of a candidate of `auto`.
+pub(super) fn candidate(text: &str) -> Result<Candidate, String> {
+    let names = || Candidate::ALL.map(Candidate::name).join(", ");
+    Candidate::ALL.into_iter().find(|c| c.name() == text).ok_or_else(|| format!("a candidate is one of {}", names()))
+}
+
+choice!(NormalsArg => Option<NormalSource> {
+    /// With methods that have --motion angle or denoised, whichever loses less; else angle
+    #[default]
+    Auto => None,
+    /// Those of the file, averaged at each vertex
+    File => Some(NormalSource::File),
+    /// Mean of the faces' normals
+    Uniform => Some(NormalSource::Uniform),
+    /// Weighted by area
+    Area => Some(NormalSource::Area),
+    /// Weighted by angle, as Blender's
+    Angle => Some(NormalSource::Angle),
+    /// The same on the denoised surface
+    Denoised => Some(NormalSource::Denoised),
 });
 
 choice!(InterpolationArg => Interpolation {
@@ -197,6 +255,12 @@ pub(super) fn bits(text: &str) -> Result<u32, String> {
 
 pub(super) fn tolerance(text: &str) -> Result<f64, String> {
     number(text, |x| (0.625..=1e6).contains(&x), "not a number from 0.625 on; encoding alone costs half a quantum")
+}
+
+/// NAME=VALUE, where VALUE is JSON or a bare word.
+pub(super) fn setting(text: &str) -> Result<(String, serde_json::Value), String> {
+    let (name, value) = text.split_once('=').ok_or("a setting is NAME=VALUE")?;
+    Ok((name.to_owned(), serde_json::from_str(value).unwrap_or_else(|_| value.into())))
 }
 
 pub(super) fn welding(text: &str) -> Result<Welding, String> {

@@ -36,7 +36,8 @@ pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
     let obj = input::obj(&mesh)?;
     console.check()?;
     console.stage("displacing");
-    let vertices = apply::baked_vertices(&obj, &manifest).map_err(|e| explain(e, &manifest, &mesh, &args.manifest))?;
+    let vertices = apply::baked_vertices(&obj, &manifest, &|| input::obj(&beside(&manifest.carrier.obj)).ok())
+        .map_err(|e| explain(e, &manifest, &mesh, &args.manifest))?;
     let lambda = args.lambda.unwrap_or(entry.lambda);
     let places = apply::displaced(&vertices, &map, lambda as f32, entry.origin);
     let moved = obj.positions().iter().zip(&places).map(|(p, q)| p.distance(*q));
@@ -81,6 +82,11 @@ fn explain(error: MeshError, manifest: &Manifest, mesh: &Path, named_in: &Path) 
                 carrier.display()
             );
             Failure::at(mesh, reason)
+        }
+        MeshError::NeedsCarrierNormals => {
+            let carrier = named_in.with_file_name(&manifest.carrier.obj);
+            let reason = format!("has the normals of the map, and is not the file that {} names", named_in.display());
+            Failure::at(&carrier, reason)
         }
         MeshError::NoSuchPlace { vertex, uv } => {
             let (v, vt) = (vertex + 1, uv + 1);

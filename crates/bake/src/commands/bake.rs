@@ -12,9 +12,9 @@ use planish_geometry::bundle::{
     Settings,
 };
 use planish_geometry::displacement::{FileFormat, MapKind, TexelFormat};
-use planish_geometry::manifest::{self, Layout, Report, Target, UvSource};
+use planish_geometry::manifest::{self, HeightsLoss, Layout, Report, Target, UvSource};
 use planish_geometry::materials;
-use planish_geometry::model::Model;
+use planish_geometry::model::{Model, NormalSource};
 use planish_geometry::progress::Progress as _;
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -71,7 +71,7 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
     let textures: Vec<PathBuf> = textures.collect();
     let textured = !textures.is_empty();
     let mut inputs: Vec<PathBuf> = textures.into_iter().chain(libraries.iter().map(|(path, _)| path.clone())).collect();
-    inputs.extend([input].into_iter().chain(&args.target).cloned());
+    inputs.extend([input].into_iter().chain(&args.target).chain(args.method.masks()).cloned());
     let libraries: Vec<Vec<u8>> = libraries.into_iter().map(|l| l.1).collect();
     let relocate = |texture: &str| {
         let place = beside(input, texture);
@@ -102,7 +102,7 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
 }
 
 fn goal(args: &BakeArgs, model: &Model, folder: &Path) -> Result<Goal, Failure> {
-    let Some(path) = &args.target else { return args.method.denoiser().map(Goal::Denoiser) };
+    let Some(path) = &args.target else { return args.method.denoising(model.obj()).map(Goal::Denoiser) };
     let obj = input::obj(path)?;
     let (found, needed) = (obj.positions().len(), model.obj().positions().len());
     if found != needed {
@@ -186,6 +186,7 @@ fn explain(error: BakeError, model: &Model, input: &Path) -> Failure {
         BakeError::NoTangents => {
             Failure::at(input, "has no texture coordinates, and --space tangent needs some; use --space object")
         }
+        BakeError::Limits(e) => super::limits_do_not_fit(&e, input),
         BakeError::Normals(e) => Failure::at(input, format!("{e}; use --normals angle")),
         #[cfg(feature = "unwrap")]
         e @ BakeError::Unwrap(_) => Failure::at(input, e),
@@ -205,10 +206,14 @@ fn warnings(bundle: &Bundle) -> Vec<String> {
     if m.normal_map.is_none() && bundle.fallback != Some(Fallback::NoUvs) && m.displacement.layout == Layout::Vertex {
         out.push("no normal map: the texture coordinates of the mesh have no room for one".to_owned());
     }
+    out.extend(r.limits.as_ref().and_then(super::volume_not_restored));
     let vertices = |n| count(n, "vertex", "vertices");
     if r.vertices_without_normal > 0 {
         let n = vertices(r.vertices_without_normal);
         out.push(format!("{n} without a normal (their faces cancel): they stay where they are"));
+    }
+    if let Some(heights) = r.heights.filter(HeightsLoss::is_much) {
+        out.push(format!("{heights}; use --map vector"));
     }
     if r.unresolved_vertices > 0 {
         let (n, side) = (vertices(r.unresolved_vertices), m.displacement.width);
@@ -235,6 +240,9 @@ fn text(baked: &Baked) -> String {
             count(m.source.faces, "face", "faces")
         ),
     );
+    if let Some(choice) = &m.choice {
+        line("auto", choice.to_string());
+    }
     line(
         "map",
         format!(
@@ -249,6 +257,12 @@ fn text(baked: &Baked) -> String {
     );
     if let Some(reason) = &baked.size_reason {
         line("size", reason.clone());
+    }
+    if let Some(limits) = &r.limits {
+        line("limits", super::limits(limits));
+    }
+    if let Some(heights) = &r.heights {
+        line("normals", format!("{}; {heights}", along(m.normals)));
     }
     line("error", errors(r, map.scale));
     match &r.own_uvs {
@@ -272,6 +286,17 @@ fn text(baked: &Baked) -> String {
         line("wrote", file.clone());
     }
     out
+}
+
+/// What a map displaces along, in words.
+pub(super) fn along(normals: NormalSource) -> &'static str {
+    match normals {
+        NormalSource::File => "those of the file",
+        NormalSource::Uniform => "means over the faces",
+        NormalSource::Area => "area-weighted",
+        NormalSource::Angle => "angle-weighted",
+        NormalSource::Denoised => "angle-weighted, of the denoised surface",
+    }
 }
 
 /// Errors of the places in model units, and of the map in quanta, which is what the encoding allows, or in shares of

@@ -38,7 +38,7 @@ pub(crate) fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
     let model = Model::new(source, manifest.welding);
     console.check()?;
     let goal = match &manifest.method {
-        Method::Denoiser(denoiser) => Goal::Denoiser(denoiser.clone()),
+        Method::Denoiser(denoising) => Goal::Denoiser(denoising.clone()),
         Method::Target(target) => {
             let target_path = beside(&target.file);
             let denoised = unchanged(&target_path, &target.sha256, path)?;

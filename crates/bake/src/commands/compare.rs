@@ -2,17 +2,23 @@
 
 use crate::args::CompareArgs;
 use crate::console::Console;
+use crate::csv::{self, Csv};
 use crate::failure::Failure;
 use crate::input;
-use planish_geometry::metrics::{self, Comparison, Triangles};
+use crate::output::{self, Output};
+use planish_geometry::coloured;
+use planish_geometry::metrics::{self, Comparison, Heat, Triangles};
 use planish_geometry::progress::Progress as _;
 use serde::Serialize;
 use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
 
 #[derive(Serialize)]
 struct Compared {
     clean: String,
     results: Vec<Row>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    heatmap: Option<Scale>,
 }
 
 #[derive(Serialize)]
@@ -22,38 +28,142 @@ struct Row {
     comparison: Comparison,
 }
 
+/// What the colours of the heat maps mean.
+#[derive(Serialize)]
+struct Scale {
+    heat: Heat,
+    unit: &'static str,
+    /// The error of the last colour; that of the first is 0.
+    max: f64,
+    files: Vec<String>,
+}
+
 pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), Failure> {
+    let inputs: Vec<&Path> = args.results.iter().chain([&args.clean]).map(PathBuf::as_path).collect();
+    let maps = args.heatmap.as_deref().map(|place| places(place, &args.results)).transpose()?.unwrap_or_default();
+    if let Some(csv) = args.csv.as_ref().filter(|csv| maps.contains(csv)) {
+        return Err(Failure::at(csv, "is named for the heat map and for --csv"));
+    }
+    let csv = args.csv.as_ref().map(|place| Csv::open(place, &inputs, console)).transpose()?;
+    let outputs = maps.iter().map(|place| Output::open(place, &inputs)).collect::<Result<Vec<_>, _>>()?;
+
     console.stage("reading");
     let clean = Triangles::from(&input::obj(&args.clean)?);
-    let mut results = Vec::new();
+    let (mut rows, mut hot) = (Vec::new(), Vec::new());
+    let what = args.heat.into();
     for path in &args.results {
         console.stage("comparing");
         let result = Triangles::from(&input::obj(path)?);
         let comparison = metrics::compare(&clean, &result).map_err(|e| Failure::at(path, e))?;
-        results.push(Row { file: path.display().to_string(), comparison });
-        console.done(results.len() as f64 / args.results.len() as f64);
+        if args.heatmap.is_some() {
+            let heat = metrics::heat(&clean, &result, what).map_err(|e| Failure::at(path, e))?;
+            // The triangles of the clean mesh are what was measured.
+            hot.push((clean.at(result.positions().to_vec()), heat));
+        }
+        rows.push(Row { file: path.display().to_string(), comparison });
+        console.done(rows.len() as f64 / args.results.len() as f64);
         console.check()?;
     }
-    let report = Compared { clean: args.clean.display().to_string(), results };
-    console.report(&report, || table(&report));
+    let scale = args.heatmap.is_some().then(|| Scale {
+        heat: what,
+        unit: if what == Heat::Angle { "°" } else { " mean edge lengths" },
+        max: args.heat_max.unwrap_or_else(|| top(&hot)),
+        files: maps.iter().map(|place| place.display().to_string()).collect(),
+    });
+    let mut files = Vec::new();
+    if let Some(scale) = &scale {
+        console.stage("writing");
+        let painted = maps.iter().zip(&hot).map(|(place, (mesh, heat))| paint(place, mesh, heat, scale));
+        files.extend(outputs.into_iter().zip(painted));
+    }
+    let table = csv.is_some().then(|| csv::table(&rows)).transpose()?.unwrap_or_default();
+    let mut on_stdout = None;
+    match csv {
+        Some(Csv::File(output)) => files.push((output, table)),
+        Some(Csv::Stdout) => on_stdout = Some(table),
+        None => {}
+    }
+    console.check()?;
+    output::write_all(files)?;
+    let report = Compared { clean: args.clean.display().to_string(), results: rows, heatmap: scale };
+    match on_stdout {
+        Some(table) => console.print_bytes(&table),
+        None => console.report(&report, || text(&report)),
+    }
     Ok(())
 }
 
-fn table(report: &Compared) -> String {
+/// The file itself for one result, else one beside it for each, with the name of the result in its own.
+fn places(place: &Path, results: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
+    let extension = place.extension().and_then(|e| e.to_str()).unwrap_or_default();
+    if !["ply", "obj"].iter().any(|known| extension.eq_ignore_ascii_case(known)) {
+        return Err(Failure::at(place, "--heatmap writes .ply and .obj"));
+    }
+    if results.len() == 1 {
+        return Ok(vec![place.to_path_buf()]);
+    }
+    let stem = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let mut places: Vec<PathBuf> = Vec::new();
+    for result in results {
+        let own = place.with_file_name(format!("{}-{}.{extension}", stem(place), stem(result)));
+        if places.contains(&own) {
+            return Err(Failure::at(&own, "would be the heat map of two results; compare them one by one"));
+        }
+        places.push(own);
+    }
+    Ok(places)
+}
+
+/// The largest 99th percentile: one bad vertex must not leave all others in one colour.
+fn top(hot: &[(Triangles, Vec<f64>)]) -> f64 {
+    let percentile = |heat: &Vec<f64>| {
+        let mut sorted: Vec<f64> = heat.iter().copied().filter(|x| x.is_finite()).collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        metrics::percentile(&sorted, 0.99)
+    };
+    hot.iter().map(|(_, heat)| percentile(heat)).fold(0.0, f64::max)
+}
+
+fn paint(place: &Path, mesh: &Triangles, heat: &[f64], scale: &Scale) -> Vec<u8> {
+    let colours = metrics::colours(heat, scale.max);
+    let comment = legend(scale);
+    if place.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj")) {
+        coloured::obj(mesh, &colours, &comment)
+    } else {
+        coloured::ply(mesh, &colours, heat, &comment)
+    }
+}
+
+fn legend(Scale { heat, unit, max, .. }: &Scale) -> String {
+    let name = if *heat == Heat::Angle { "angle" } else { "distance" };
+    format!("{name} to the clean surface: violet 0, teal {:.4}, yellow {max:.4}{unit} and more", max / 2.0)
+}
+
+fn text(report: &Compared) -> String {
     let width = report.results.iter().map(|r| r.file.chars().count()).max().unwrap_or(0).max(4);
     let mut out = format!("against {}\n", report.clean);
-    let heads = ["Ea °", "median", "95 %", "d mean", "d max", "back max", "volume %", "flipped", "slivers", "folds"];
+    let heads = [
+        "Ea °",
+        "by area",
+        "median",
+        "95 %",
+        "d mean",
+        "d max",
+        "back mean",
+        "back max",
+        "volume %",
+        "flipped",
+        "slivers",
+        "folds",
+    ];
     let _ = write!(out, "{:width$}", "mesh");
     for head in heads {
         let _ = write!(out, " {head:>9}");
     }
     out.push('\n');
     for Row { file, comparison: c } in &report.results {
-        let _ = write!(
-            out,
-            "{file:width$} {:9.3} {:9.3} {:9.3} {:9.4} {:9.4} {:9.4}",
-            c.ea, c.ea_median, c.ea_p95, c.d_mean, c.d_max, c.drev_max
-        );
+        let _ = write!(out, "{file:width$} {:9.3} {:9.3} {:9.3} {:9.3}", c.ea, c.ea_area, c.ea_median, c.ea_p95);
+        let _ = write!(out, " {:9.4} {:9.4} {:9.4} {:9.4}", c.d_mean, c.d_max, c.drev_mean, c.drev_max);
         match c.vol_change_pct {
             Some(volume) => _ = write!(out, " {volume:+9.3}"),
             None => _ = write!(out, " {:>9}", "open"),
@@ -63,5 +173,8 @@ fn table(report: &Compared) -> String {
     out.push_str(
         "Ea: mean angle between face normals; d: distance to the clean surface in mean edge lengths, back: from it\n",
     );
+    if let Some(scale) = &report.heatmap {
+        let _ = writeln!(out, "{}\nwrote {}", legend(scale), scale.files.join(", "));
+    }
     out
 }

@@ -4,26 +4,53 @@ use crate::args::DenoiseArgs;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::output::Output;
+use planish_geometry::denoise::limits::Outcome;
+use planish_geometry::denoise::{Denoising, DenoisingError, Moved, auto};
+use planish_geometry::manifest::HeightsLoss;
+use planish_geometry::model::NormalSource;
 use planish_geometry::progress::Progress as _;
 use serde::Serialize;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
 
 #[derive(Serialize)]
 struct Denoised {
     output: String,
-    method: planish_geometry::denoise::Denoiser,
+    method: Denoising,
+    /// What the method `auto` measured and chose.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    choice: Option<auto::Choice>,
     vertices: usize,
     faces: usize,
     mean_edge: f64,
     mean_displacement: f64,
     max_displacement: f64,
+    /// With --motion along-normal.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    heights: Option<Heights>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    limits: Option<Outcome>,
+}
+
+/// What heights can hold of the free form.
+#[derive(Serialize)]
+struct Heights {
+    normals: NormalSource,
+    #[serde(flatten)]
+    loss: HeightsLoss,
 }
 
 pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> {
-    let method = args.method.denoiser()?;
-    let output = Output::open(&args.output, &[&args.input])?;
+    let inputs: Vec<&Path> = [&args.input].into_iter().chain(args.method.masks()).map(PathBuf::as_path).collect();
+    let output = Output::open(&args.output, &inputs)?;
     let model = super::model(&args.input, args.method.weld, console)?;
     let surface = model.surface();
-    let deltas = method.deltas(surface, console)?;
+    let method = args.method.denoising(model.obj())?;
+    let moved = method.run(surface, model.weld(), console).map_err(|e| match e {
+        DenoisingError::Limits(e) => super::limits_do_not_fit(&e, &args.input),
+        DenoisingError::Cancelled(_) => Failure::Interrupted,
+    })?;
+    let Moved { deltas, along, limits, choice } = moved;
     let places: Vec<_> = surface.positions().iter().zip(&deltas).map(|(p, d)| *p - *d).collect();
     if let Some(v) = places.iter().position(|p| !p.is_finite()) {
         let line = model.weld().first()[v] + 1;
@@ -40,12 +67,18 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
     let report = Denoised {
         output: written.display().to_string(),
         method,
+        choice,
         vertices: model.obj().positions().len(),
         faces: model.obj().faces().len(),
         mean_edge: surface.mean_edge(),
         mean_displacement: lengths().sum::<f64>() / deltas.len() as f64,
         max_displacement: lengths().fold(0.0, f64::max),
+        heights: along.map(|(along, normals)| Heights { normals, loss: along.loss.into() }),
+        limits,
     };
+    if let Some(warning) = limits.as_ref().and_then(super::volume_not_restored) {
+        console.warn(&warning);
+    }
     if model.obj().normals().is_empty() && args.update_normals {
         console.warn(&format!("{}: --update-normals has nothing to do, there are no `vn` lines", args.input.display()));
     } else if !model.obj().normals().is_empty() && !args.update_normals {
@@ -53,11 +86,19 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
     }
     console.report(&report, || {
         let Denoised { output, mean_edge, mean_displacement, max_displacement, vertices, .. } = &report;
-        format!(
-            "wrote {output}\n  {vertices} vertices, moved by {:.3} mean edge lengths on average, {:.3} at most\n",
+        let chosen = report.choice.as_ref().map(|choice| format!("  auto: {choice}\n")).unwrap_or_default();
+        let mut text = format!(
+            "wrote {output}\n{chosen}  {vertices} vertices, moved by {:.3} mean edge lengths on average, {:.3} at most\n",
             mean_displacement / mean_edge,
             max_displacement / mean_edge
-        )
+        );
+        if let Some(Heights { normals, loss }) = &report.heights {
+            let _ = writeln!(text, "  along normals ({}): {loss}", super::bake::along(*normals));
+        }
+        if let Some(limits) = &report.limits {
+            let _ = writeln!(text, "  limits: {}", super::limits(limits));
+        }
+        text
     });
     Ok(())
 }

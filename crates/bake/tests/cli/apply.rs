@@ -20,7 +20,7 @@ fn the_carrier_and_the_mesh_that_was_baked_give_the_same_vertices() {
     for normals in ["angle", "area", "uniform", "file"] {
         for map in maps {
             let folder = Folder::with("in.obj", &with_normals);
-            folder.succeeds(&format!("bake in.obj -o out --normals {normals} {map}"));
+            folder.succeeds(&format!("bake in.obj --method laplacian -o out --normals {normals} {map}"));
             folder.succeeds("apply out/in.planish.json -o from_carrier.obj");
             folder.succeeds("apply out/in.planish.json -o from_source.obj --mesh in.obj");
             let (carrier, source) = (folder.text("from_carrier.obj"), folder.text("from_source.obj"));
@@ -34,11 +34,13 @@ fn the_carrier_and_the_mesh_that_was_baked_give_the_same_vertices() {
 fn vectors_hold_the_whole_way() {
     let mesh = Mesh::sphere(6).noisy(0.05).split_at_seams();
     let folder = Folder::with("in.obj", mesh.obj());
-    folder.succeeds("denoise in.obj -o denoised.obj");
+    folder.succeeds("denoise in.obj --method laplacian -o denoised.obj");
     let denoised = Lines::of(&folder.text("denoised.obj")).positions;
     for space in ["object", "tangent"] {
         for layout in ["vertex", "uv --size 256"] {
-            let line = format!("bake in.obj -o out --bits 32 --map vector --space {space} --layout {layout}");
+            let line = format!(
+                "bake in.obj --method laplacian -o out --bits 32 --map vector --space {space} --layout {layout}"
+            );
             let report = &folder.succeeds_with_json(&line)["manifest"]["report"];
             folder.succeeds("apply out/in.planish.json -o applied.obj");
             let applied = Lines::of(&folder.text("applied.obj")).positions;
@@ -57,7 +59,7 @@ fn all_but_the_vertices_of_the_mesh_stays() {
     let mesh = Mesh::sphere(4).noisy(0.05).obj();
     let source = format!("# scan\r\nmtllib none.mtl\r\n{mesh}g end\r\n");
     let folder = Folder::with("in.obj", &source);
-    folder.succeeds("bake in.obj -o out --size 64");
+    folder.succeeds("bake in.obj --method laplacian -o out --size 64");
     folder.succeeds("apply out/in.planish.json -o new/applied.obj --mesh in.obj");
     let without_vertices = |text: &str| -> Vec<String> {
         text.split('\n').filter(|line| !line.starts_with("v ")).map(str::to_owned).collect()

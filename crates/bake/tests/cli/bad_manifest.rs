@@ -9,7 +9,7 @@ const APPLY: &str = "apply out/in.planish.json -o new/applied.obj";
 /// A folder with a mesh that has a seam, and its bake in `out`.
 fn baked() -> Folder {
     let folder = Folder::with("in.obj", Mesh::sphere(4).noisy(0.05).obj());
-    folder.succeeds("bake in.obj -o out --size 64");
+    folder.succeeds("bake in.obj --method laplacian -o out --size 64");
     folder
 }
 
@@ -95,7 +95,7 @@ fn a_map_that_is_not_the_one_of_the_manifest_is_refused() {
 #[test]
 fn an_exr_is_checked_as_well() {
     let folder = baked();
-    folder.succeeds("bake in.obj -o out --size 64 --bits 32");
+    folder.succeeds("bake in.obj --method laplacian -o out --size 64 --bits 32");
     let whole = folder.bytes("out/in.displacement.exr");
     for bytes in [&whole[..whole.len() / 2], b"", b"exr"] {
         folder.write("out/in.displacement.exr", bytes);

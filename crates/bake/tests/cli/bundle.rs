@@ -11,7 +11,8 @@ fn a_bake_writes_six_files_that_name_each_other() {
     let folder = Folder::with("scans/statue.obj", Mesh::sphere(4).noisy(0.05).obj());
     for (bits, map) in [(8, "png"), (16, "png"), (32, "exr")] {
         let out = format!("out{bits}");
-        let printed = folder.succeeds_with_json(&format!("bake scans/statue.obj -o {out} --bits {bits} --size 128"));
+        let printed = folder
+            .succeeds_with_json(&format!("bake scans/statue.obj --method laplacian -o {out} --bits {bits} --size 128"));
         let map = format!("statue.displacement.{map}");
         let names = [&map, "statue.glb", "statue.mtl", "statue.normal.png", "statue.obj", "statue.planish.json"];
         assert_eq!(folder.names(&out), names);
@@ -36,21 +37,21 @@ fn a_bake_writes_six_files_that_name_each_other() {
 #[test]
 fn the_folder_has_a_default_and_the_size_a_reason() {
     let folder = Folder::with("scans/statue.obj", Mesh::grid(8).noisy(0.01).obj());
-    let printed = folder.succeeds_with_json("bake scans/statue.obj");
+    let printed = folder.succeeds_with_json("bake scans/statue.obj --method laplacian");
     assert_eq!(folder.names("."), ["scans", "statue-planish"]);
     let reason = printed["size_reason"].as_str().unwrap();
     assert!(reason.starts_with(&printed["manifest"]["displacement"]["width"].to_string()), "{reason}");
-    let printed = folder.succeeds_with_json("bake scans/statue.obj --size 100");
+    let printed = folder.succeeds_with_json("bake scans/statue.obj --method laplacian --size 100");
     assert_eq!((&printed["size_reason"], &printed["manifest"]["displacement"]["width"]), (&json!(null), &json!(100)));
 }
 
 #[test]
 fn the_result_of_any_denoiser_can_be_baked() {
     let folder = Folder::with("in.obj", Mesh::sphere(3).noisy(0.05).obj());
-    folder.succeeds("denoise in.obj -o smooth.obj --iterations 7");
+    folder.succeeds("denoise in.obj -o smooth.obj --method laplacian --iterations 7");
     let way = "--size 256 --weld exact";
     let target = folder.succeeds_with_json(&format!("bake in.obj -o target --target smooth.obj {way}"));
-    folder.succeeds(&format!("bake in.obj -o method --iterations 7 {way}"));
+    folder.succeeds(&format!("bake in.obj -o method --method laplacian --iterations 7 {way}"));
     for name in ["in.displacement.png", "in.normal.png", "in.obj"] {
         assert!(folder.bytes(&format!("target/{name}")) == folder.bytes(&format!("method/{name}")), "{name}");
     }
@@ -66,7 +67,7 @@ fn the_result_of_any_denoiser_can_be_baked() {
 #[test]
 fn a_method_of_a_later_version_does_not_stop_the_map() {
     let folder = Folder::with("in.obj", Mesh::grid(4).noisy(0.05).obj());
-    folder.succeeds("bake in.obj -o out");
+    folder.succeeds("bake in.obj --method laplacian -o out");
     let mut manifest = folder.json("out/in.planish.json");
     manifest["method"] = json!({ "name": "clairvoyance", "depth": 3 });
     folder.write("out/in.planish.json", manifest.to_string());
@@ -89,13 +90,13 @@ fn the_manifest_holds_every_setting_defaults_included() {
     };
     let name = "laplacian";
     assert_eq!(
-        method(&folder.succeeds_with_json("bake in.obj")),
+        method(&folder.succeeds_with_json("bake in.obj --method laplacian")),
         json!([
             { "name": name, "iterations": 3, "step": 0.5, "weights": "uniform", "boundary": "fixed" },
             "exact", "angle", "barycentric", "fitted", 1.0
         ])
     );
-    let options = "--iterations 7 --step 0.25 --weights cotangent --boundary free --weld 0.001 --normals area \
+    let options = "--method laplacian --iterations 7 --step 0.25 --weights cotangent --boundary free --weld 0.001 --normals area \
                    --interpolation natural --texels interpolated --lambda -0.5";
     assert_eq!(
         method(&folder.succeeds_with_json(&format!("bake in.obj {options}"))),
@@ -110,7 +111,7 @@ fn the_manifest_holds_every_setting_defaults_included() {
 fn the_green_of_the_normal_map_follows_the_convention() {
     let folder = Folder::with("in.obj", Mesh::grid(8).noisy(0.03).obj());
     for convention in ["opengl", "directx"] {
-        folder.succeeds(&format!("bake in.obj -o {convention} --normal-convention {convention}"));
+        folder.succeeds(&format!("bake in.obj --method laplacian -o {convention} --normal-convention {convention}"));
         let manifest = folder.json(&format!("{convention}/in.planish.json"));
         assert_eq!(manifest["normal_map"]["convention"], convention);
     }
@@ -125,7 +126,7 @@ fn the_carrier_is_the_mesh_with_one_normal_for_each_vertex() {
     let mesh = Mesh::sphere(6).noisy(0.05).split_at_seams().with_defects();
     let source = mesh.obj() + "vn 0 0 1\nf 1/1/1 2/2/1 3/3/1\n";
     let folder = Folder::with("in.obj", &source);
-    folder.succeeds("bake in.obj -o out");
+    folder.succeeds("bake in.obj --method laplacian -o out");
     let carrier = folder.text("out/in.obj");
     for keyword in ["v", "vt"] {
         assert!(statements(&carrier, keyword) == statements(&source, keyword), "{keyword}");
@@ -163,7 +164,7 @@ fn textured() -> Folder {
 #[test]
 fn the_materials_of_the_carrier_name_the_maps_and_find_their_textures() {
     let folder = textured();
-    let printed = folder.succeeds_with_json("bake scans/statue.obj -o out/deep --lambda 0.5");
+    let printed = folder.succeeds_with_json("bake scans/statue.obj --method laplacian -o out/deep --lambda 0.5");
     let library = folder.text("out/deep/statue.mtl");
     let client = &printed["manifest"]["clients"]["mtl"];
     let materials: Vec<&str> = library.split("newmtl ").skip(1).collect();
@@ -190,7 +191,7 @@ fn the_materials_of_the_carrier_name_the_maps_and_find_their_textures() {
 #[test]
 fn the_carrier_keeps_groups_and_materials() {
     let folder = textured();
-    folder.succeeds("bake scans/statue.obj -o out");
+    folder.succeeds("bake scans/statue.obj --method laplacian -o out");
     let (carrier, source) = (folder.text("out/statue.obj"), folder.text("scans/statue.obj"));
     for keyword in ["#", "o", "g", "usemtl"] {
         assert!(!statements(&source, keyword).is_empty());
@@ -207,7 +208,7 @@ fn the_carrier_keeps_groups_and_materials() {
 #[test]
 fn faces_without_a_material_get_one() {
     let folder = Folder::with("in.obj", Mesh::grid(2).obj());
-    folder.succeeds("bake in.obj -o out");
+    folder.succeeds("bake in.obj --method laplacian -o out");
     assert_eq!(statements(&folder.text("out/in.obj"), "usemtl"), ["usemtl planish"]);
     assert_eq!(statements(&folder.text("out/in.mtl"), "newmtl"), ["newmtl planish"]);
 }
@@ -217,7 +218,7 @@ fn a_bake_into_the_folder_of_the_mesh_spares_the_mesh() {
     let folder = textured();
     let before = folder.contents("scans");
     for _ in 0..2 {
-        folder.succeeds("bake scans/statue.obj -o scans");
+        folder.succeeds("bake scans/statue.obj --method laplacian -o scans");
         let after = folder.contents("scans");
         assert!(before.iter().all(|(name, bytes)| after[name] == *bytes));
         let added: Vec<_> =
@@ -228,7 +229,7 @@ fn a_bake_into_the_folder_of_the_mesh_spares_the_mesh() {
     folder.succeeds("apply scans/statue.planish.json -o applied.obj");
     // From inside as well, where the folder has no name.
     folder.write("in.obj", Mesh::grid(2).obj());
-    folder.succeeds("bake in.obj -o .");
+    folder.succeeds("bake in.obj --method laplacian -o .");
     assert_eq!(folder.text("in.obj"), Mesh::grid(2).obj());
 }
 
@@ -249,13 +250,13 @@ fn no_input_is_written_over() {
 #[test]
 fn baking_twice_gives_the_same_bytes() {
     let folder = textured();
-    folder.succeeds("bake scans/statue.obj -o out");
+    folder.succeeds("bake scans/statue.obj --method laplacian -o out");
     let first = folder.contents("out");
-    folder.succeeds("bake scans/statue.obj -o out");
+    folder.succeeds("bake scans/statue.obj --method laplacian -o out");
     assert!(folder.contents("out") == first);
     // Files of somebody else stay.
     folder.write("out/notes.txt", "mine");
-    folder.succeeds("bake scans/statue.obj -o out --bits 8");
+    folder.succeeds("bake scans/statue.obj --method laplacian -o out --bits 8");
     assert_eq!(folder.text("out/notes.txt"), "mine");
     assert!(folder.contents("out") != first);
 }
@@ -264,8 +265,9 @@ fn baking_twice_gives_the_same_bytes() {
 fn the_number_of_threads_changes_no_byte() {
     let folder = Folder::with("in.obj", Mesh::sphere(24).noisy(0.02).split_at_seams().with_defects().obj());
     let jobs = ["barycentric", "natural", "idw", "nearest"]
-        .map(|i| format!("bake in.obj -o out --size 128 --interpolation {i}"));
-    let denoise = |weights| format!("denoise in.obj -o out/x.obj --iterations 20 --weights {weights}");
+        .map(|i| format!("bake in.obj --method laplacian -o out --size 128 --interpolation {i}"));
+    let denoise =
+        |weights| format!("denoise in.obj -o out/x.obj --method laplacian --iterations 20 --weights {weights}");
     let jobs = jobs.into_iter().chain(["uniform", "cotangent"].map(denoise));
     for job in jobs {
         let on = |threads: &str| {

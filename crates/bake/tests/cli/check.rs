@@ -11,13 +11,15 @@ fn mesh() -> String {
 #[test]
 fn files_that_were_left_alone_do_what_their_manifest_says() {
     let folder = Folder::with("scans/in.obj", mesh());
-    folder.succeeds("denoise scans/in.obj -o scans/smooth.obj --iterations 4");
+    folder.succeeds("denoise scans/in.obj -o scans/smooth.obj --method laplacian --iterations 4");
     let maps = [
-        "--layout uv --size 32",
-        "--layout uv --size 128 --texels interpolated",
-        "--layout vertex --bits 8",
-        "--layout vertex --map vector --format tiff",
-        "--layout uv --size 128 --map vector --space tangent --weld 0.001",
+        "--method laplacian --layout uv --size 32",
+        "--method laplacian --layout uv --size 128 --texels interpolated",
+        "--method laplacian --layout vertex --bits 8",
+        "--method laplacian --layout vertex --map vector --format tiff",
+        "--method laplacian --layout uv --size 128 --map vector --space tangent --weld 0.001",
+        "--method sun --layout vertex",
+        "--method sun --layout vertex --normals denoised --max-displacement 0.1",
         "--layout vertex --target scans/smooth.obj",
     ];
     for map in maps {
@@ -33,7 +35,7 @@ fn files_that_were_left_alone_do_what_their_manifest_says() {
 #[test]
 fn a_promise_that_is_not_kept_is_an_error() {
     let folder = Folder::with("in.obj", mesh());
-    folder.succeeds("bake in.obj -o out --layout vertex");
+    folder.succeeds("bake in.obj --method laplacian -o out --layout vertex");
     // The scale of another bake, as after mixing up two manifests.
     let mut manifest = folder.json("out/in.planish.json");
     let scale = manifest["displacement"]["scale"].as_f64().unwrap();
@@ -50,7 +52,7 @@ fn a_promise_that_is_not_kept_is_an_error() {
 #[test]
 fn other_files_than_those_that_were_baked_are_refused() {
     let folder = Folder::with("in.obj", mesh());
-    folder.succeeds("bake in.obj -o out --layout vertex");
+    folder.succeeds("bake in.obj --method laplacian -o out --layout vertex");
     let manifest = folder.json("out/in.planish.json");
     let mut unknown = manifest.clone();
     unknown["method"] = json!({ "name": "clairvoyance" });

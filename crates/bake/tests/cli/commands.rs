@@ -21,11 +21,11 @@ fn awkward(z: [&str; 3]) -> Vec<u8> {
 #[test]
 fn denoise_changes_the_numbers_of_vertices_and_nothing_else() {
     let folder = Folder::with("in.obj", awkward(["0.5", "0.50", "0.9"]));
-    folder.succeeds("denoise in.obj -o out.obj --iterations 1 --step 1");
+    folder.succeeds("denoise in.obj -o out.obj --method laplacian --iterations 1 --step 1");
     // The mean of the corners is (0.5, 0.5, 0.5), exactly: only the third number changes, and 0.50 stays 0.50.
     let expected = awkward(["0.5", "0.50", "0.5"]);
     assert_eq!(folder.bytes("out.obj").escape_ascii().to_string(), expected.escape_ascii().to_string());
-    folder.succeeds("denoise in.obj -o none.obj --iterations 0");
+    folder.succeeds("denoise in.obj -o none.obj --method laplacian --iterations 0");
     assert_eq!(folder.bytes("none.obj"), folder.bytes("in.obj"));
 }
 
@@ -33,7 +33,7 @@ fn denoise_changes_the_numbers_of_vertices_and_nothing_else() {
 fn normals_follow_when_asked_and_stay_otherwise() {
     let folder = Folder::with("in.obj", awkward(["0.5", "0.5", "0.9"]));
     let normals = |options: &str| {
-        folder.succeeds(&format!("denoise in.obj -o out.obj --iterations 1 --step 1 {options}"));
+        folder.succeeds(&format!("denoise in.obj -o out.obj --method laplacian --iterations 1 --step 1 {options}"));
         let text = String::from_utf8_lossy(&folder.bytes("out.obj")).into_owned();
         statements(&text, "vn").into_iter().map(str::to_owned).collect::<Vec<_>>()
     };
@@ -46,7 +46,7 @@ fn normals_follow_when_asked_and_stay_otherwise() {
 fn one_whole_step_is_the_mean_of_the_neighbours() {
     let mesh = Mesh::sphere(8).noisy(0.03).split_at_seams().with_defects();
     let folder = Folder::with("in.obj", mesh.obj());
-    folder.succeeds("denoise in.obj -o out.obj --iterations 1 --step 1");
+    folder.succeeds("denoise in.obj -o out.obj --method laplacian --iterations 1 --step 1");
     let source = Lines::of(&mesh.obj()).positions;
     let denoised = Lines::of(&folder.text("out.obj")).positions;
     let along_normals = OneStep::of(&mesh.obj());
@@ -64,7 +64,7 @@ fn the_boundary_moves_only_when_it_is_free() {
     let mesh = Mesh::grid(4).noisy(0.05).obj();
     let folder = Folder::with("in.obj", &mesh);
     let moved = |options: &str| {
-        folder.succeeds(&format!("denoise in.obj -o out.obj {options}"));
+        folder.succeeds(&format!("denoise in.obj -o out.obj --method laplacian {options}"));
         let out = folder.text("out.obj");
         let pairs: Vec<bool> = statements(&mesh, "v").iter().zip(statements(&out, "v")).map(|(a, b)| *a != b).collect();
         pairs.iter().filter(|moved| **moved).count()
@@ -115,7 +115,7 @@ fn impulsive_noise_hits_its_share() {
 fn compare_puts_better_results_below_worse_ones() {
     let folder = Folder::with("clean.obj", Mesh::sphere(16).obj());
     folder.succeeds("noise clean.obj -o noisy.obj --sigma 0.2");
-    folder.succeeds("denoise noisy.obj -o smooth.obj");
+    folder.succeeds("denoise noisy.obj --method laplacian -o smooth.obj");
     let line = "compare clean.obj noisy.obj smooth.obj clean.obj";
     let printed = folder.succeeds_with_json(line);
     let ea = |k: usize| printed["results"][k]["Ea_deg"].as_f64().unwrap();
@@ -173,7 +173,8 @@ fn measures_have_digits_whatever_the_unit() {
 #[test]
 fn info_and_bake_count_the_same_seam() {
     let folder = Folder::with("in.obj", Mesh::sphere(6).split_at_seams().obj());
-    let [info, baked] = ["info in.obj", "bake in.obj -o out --layout uv"].map(|line| folder.succeeds(line).out);
+    let [info, baked] =
+        ["info in.obj", "bake in.obj --method laplacian -o out --layout uv"].map(|line| folder.succeeds(line).out);
     // Five vertices of the meridian, and the poles.
     assert!(info.contains("7 vertices on seams"), "{info}");
     assert!(baked.contains("7 vertices with several"), "{baked}");

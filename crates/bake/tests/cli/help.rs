@@ -2,7 +2,7 @@
 
 use crate::folder::Folder;
 
-const COMMANDS: [(&str, &[&str]); 7] = [
+const COMMANDS: [(&str, &[&str]); 8] = [
     (
         "bake",
         &[
@@ -13,6 +13,9 @@ const COMMANDS: [(&str, &[&str]); 7] = [
             "--step",
             "--weights",
             "--boundary",
+            "--fix",
+            "--max-displacement",
+            "--preserve-volume",
             "--weld",
             "--lambda",
             "--normals",
@@ -38,11 +41,15 @@ const COMMANDS: [(&str, &[&str]); 7] = [
             "--vertex-iterations",
             "--motion",
             "--boundary",
+            "--fix",
+            "--max-displacement",
+            "--preserve-volume",
             "--weld",
             "--update-normals",
         ],
     ),
-    ("compare", &["<CLEAN.obj>", "<RESULT.obj>..."]),
+    ("compare", &["<CLEAN.obj>", "<RESULT.obj>...", "--csv", "--heatmap", "--heat", "--heat-max"]),
+    ("bench-quality", &["<DIR>", "--methods", "--pairs", "--preset", "--set", "--csv"]),
     ("noise", &["--output", "--sigma", "--direction", "--impulsive", "--seed", "--weld"]),
     ("info", &["<IN.obj>", "--weld"]),
     ("completions", &["<SHELL>"]),

@@ -4,7 +4,7 @@ use crate::folder::Folder;
 use crate::mesh::Mesh;
 use serde_json::Value;
 
-const METHODS: [&str; 10] = [
+const METHODS: [&str; 12] = [
     "laplacian",
     "taubin",
     "hc",
@@ -15,10 +15,12 @@ const METHODS: [&str; 10] = [
     "guided-normals",
     "l0",
     "tgv-normals",
+    "map",
+    "auto",
 ];
 
 fn folder() -> Folder {
-    Folder::with("in.obj", Mesh::sphere(8).noisy(0.02).with_defects().obj())
+    Folder::with("in.obj", Mesh::sphere(8).noisy(0.1).with_defects().obj())
 }
 
 #[test]
@@ -29,7 +31,16 @@ fn every_method_denoises_and_bakes_a_mesh_of_polygons_with_defects() {
         assert_eq!(report["method"]["name"], method);
         assert!(report["max_displacement"].as_f64().unwrap() > 0.0, "{method}");
         folder.succeeds(&format!("bake in.obj -o out --size 64 --method {method}"));
-        assert_eq!(folder.json("out/in.planish.json")["method"], report["method"]);
+        let mut method = folder.json("out/in.planish.json")["method"].clone();
+        // A map of heights is a map of what heights can hold.
+        let places =
+            ["/motion", "/vertex_update/motion"].into_iter().filter(|place| report["method"].pointer(place).is_some());
+        for place in places {
+            let motion = method.pointer_mut(place).unwrap();
+            assert_eq!(motion.take(), "along-normal");
+            *motion = "free".into();
+        }
+        assert_eq!(method, report["method"]);
     }
 }
 
@@ -43,13 +54,40 @@ fn options_land_where_the_manifest_has_them() {
     assert_eq!([&guided["iterations"], &guided["sigma_range"]], [&Value::from(3), &Value::from(0.5)]);
     let update = &guided["vertex_update"];
     assert_eq!([&update["iterations"], &update["motion"]], [&Value::from(4), &Value::from("along-normal")]);
+    assert_eq!(method("sun --vertex-update least-squares")["vertex_update"]["scheme"], "least-squares");
     assert_eq!(method("sun --boundary free")["vertex_update"]["boundary"], "free");
     assert_eq!(method("hc --boundary free")["boundary"], "free");
+    let map = method("map --noise 0.1 --prior smooth --strength 3 --iterations 2 --motion along-normal");
+    assert_eq!([&map["noise"], &map["prior"]["threshold"]], [0.1, 0.1]);
+    assert_eq!([&map["prior"]["strength"], &map["prior"]["rounds"]], [&Value::from(3.0), &Value::from(2)]);
+    assert_eq!(map["motion"], "along-normal");
+    let auto = method("auto --noise 0.2 --noise-kind uneven --candidates flat,linear --boundary fixed");
+    assert_eq!([&auto["kind"], &auto["boundary"]], ["uneven", "fixed"]);
+    assert_eq!(auto["candidates"], serde_json::json!(["flat", "linear"]));
     // Those of the paper hold nothing back, and options come on top.
     let paper = method("bilateral-normals --preset paper --sigma-range 0.4");
     assert_eq!(paper["vertex_update"]["closeness"], 0.0);
     assert_eq!(paper["vertex_update"]["fold_overs"], "allow");
     assert_eq!([&paper["iterations"], &paper["sigma_range"]], [&Value::from(20), &Value::from(0.4)]);
+}
+
+#[test]
+fn auto_is_the_default_and_says_what_it_measured_and_chose() {
+    let folder = Folder::with("in.obj", Mesh::sphere(24).noisy(0.05).obj());
+    let said = folder.succeeds("denoise in.obj -o out.obj").out;
+    assert!(said.contains("auto: noise of") && said.contains(" % "), "{said}");
+    let printed = folder.succeeds_with_json("denoise in.obj -o out.obj");
+    assert_eq!(printed["method"]["name"], "auto");
+    let shares = printed["choice"]["candidates"].as_array().unwrap();
+    let total: f64 = shares.iter().map(|share| share["share"].as_f64().unwrap()).sum();
+    assert!((total - 1.0).abs() < 1e-12 && printed["choice"]["sigma"].as_f64().unwrap() > 0.1, "{printed}");
+    folder.succeeds("bake in.obj -o out --size 64");
+    assert_eq!(folder.json("out/in.planish.json")["choice"], printed["choice"]);
+    // Nothing has to be done to a clean mesh.
+    let clean = Folder::with("in.obj", Mesh::sphere(24).obj());
+    let said = clean.succeeds("denoise in.obj -o out.obj").out;
+    assert!(said.contains("no noise that could be told from the surface: left alone"), "{said}");
+    assert_eq!(clean.text("out.obj"), clean.text("in.obj"));
 }
 
 #[test]

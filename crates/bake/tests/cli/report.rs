@@ -5,7 +5,7 @@ use crate::mesh::Mesh;
 use crate::reference::{Lines, OneStep};
 use glam::DVec3;
 
-const ONE_STEP: &str = "--iterations 1 --step 1";
+const ONE_STEP: &str = "--method laplacian --iterations 1 --step 1";
 
 fn cases() -> Vec<(&'static str, Mesh)> {
     let sphere = Mesh::sphere(12).noisy(0.02);
@@ -109,7 +109,7 @@ fn a_resolved_layout_is_exact_to_some_quanta() {
 fn lambda_scales_the_displacement() {
     let mesh = Mesh::sphere(8).noisy(0.03);
     let folder = Folder::with("in.obj", mesh.obj());
-    folder.succeeds("bake in.obj -o out --lambda 0.25");
+    folder.succeeds("bake in.obj --method laplacian -o out --lambda 0.25");
     let at = |lambda: &str| {
         folder.succeeds(&format!("apply out/in.planish.json {lambda} -o out.obj"));
         Lines::of(&folder.text("out.obj")).positions

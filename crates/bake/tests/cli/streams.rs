@@ -10,15 +10,15 @@ fn prepared() -> Folder {
     let folder = Folder::with("clean.obj", Mesh::grid(6).obj());
     // Normals make `denoise` warn, a missing library makes `bake` warn.
     folder.write("in.obj", format!("mtllib none.mtl\n{}vn 0 0 1\n", mesh.obj()));
-    folder.succeeds("bake in.obj -o baked");
+    folder.succeeds("bake in.obj --method laplacian -o baked");
     folder
 }
 
 /// Each with a field of its JSON and a word of its text.
 const COMMANDS: [(&str, &str, &str); 6] = [
-    ("bake in.obj -o out", "/manifest/report/max_error", "\nerror "),
+    ("bake in.obj --method laplacian -o out", "/manifest/report/max_error", "\nerror "),
     ("apply baked/in.planish.json -o out/applied.obj", "/max_displacement", "wrote out/applied.obj\n"),
-    ("denoise in.obj -o out/denoised.obj", "/mean_displacement", "wrote out/denoised.obj\n"),
+    ("denoise in.obj --method laplacian -o out/denoised.obj", "/mean_displacement", "wrote out/denoised.obj\n"),
     ("compare clean.obj in.obj clean.obj", "/results/1/Ea_deg", "Ea"),
     ("noise clean.obj -o out/noisy.obj --sigma 0.3", "/rms_displacement", "wrote out/noisy.obj\n"),
     ("info in.obj", "/defects/boundary_edges", "surface"),
@@ -98,11 +98,14 @@ fn warnings_say_what_the_result_lacks() {
         let fits = |warning: &str| warning.starts_with("warning: ") && words.iter().all(|word| warning.contains(word));
         assert_eq!(err.lines().filter(|warning| fits(warning)).count(), 1, "{line}: {err}");
     };
-    warns("bake in.obj -o out", &["none.mtl", "materials"]);
-    warns("denoise in.obj -o out.obj", &["`vn`", "--update-normals"]);
-    warns("denoise clean.obj -o out.obj --update-normals", &["clean.obj", "no `vn` lines"]);
-    warns("bake in.obj -o out --layout uv --size 4", &["vertices", "off by more than", "larger size"]);
-    warns("bake in.obj -o out --size 4", &["one texel for each vertex", "share texels even at 4"]);
+    warns("bake in.obj --method laplacian -o out", &["none.mtl", "materials"]);
+    warns("denoise in.obj --method laplacian -o out.obj", &["`vn`", "--update-normals"]);
+    warns("denoise clean.obj --method laplacian -o out.obj --update-normals", &["clean.obj", "no `vn` lines"]);
+    warns(
+        "bake in.obj --method laplacian -o out --layout uv --size 4",
+        &["vertices", "off by more than", "larger size"],
+    );
+    warns("bake in.obj --method laplacian -o out --size 4", &["one texel for each vertex", "share texels even at 4"]);
 
     let mesh = Mesh::grid(6);
     let [mut overlapping, mut outside, mut unmapped] = [0, 1, 2].map(|_| mesh.clone());
@@ -112,8 +115,14 @@ fn warnings_say_what_the_result_lacks() {
     folder.write("overlapping.obj", overlapping.obj());
     folder.write("outside.obj", outside.obj());
     folder.write("unmapped.obj", unmapped.obj() + "f -1 -2 -3\n");
-    warns("bake overlapping.obj -o out --layout uv --size 256", &["charts overlap"]);
-    warns("bake outside.obj -o out --layout uv --size 256", &["21 vertices are outside [0, 1]"]);
-    warns("bake unmapped.obj -o out --layout uv --size 256", &["3 vertices are without texture coordinates"]);
-    warns("bake unmapped.obj -o out --size 256", &["one texel for each vertex", "3 vertices have no texture"]);
+    warns("bake overlapping.obj --method laplacian -o out --layout uv --size 256", &["charts overlap"]);
+    warns("bake outside.obj --method laplacian -o out --layout uv --size 256", &["21 vertices are outside [0, 1]"]);
+    warns(
+        "bake unmapped.obj --method laplacian -o out --layout uv --size 256",
+        &["3 vertices are without texture coordinates"],
+    );
+    warns(
+        "bake unmapped.obj --method laplacian -o out --size 256",
+        &["one texel for each vertex", "3 vertices have no texture"],
+    );
 }

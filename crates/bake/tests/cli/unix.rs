@@ -101,11 +101,25 @@ fn interrupted(folder: &Folder, line: &str, delay: Duration) -> Printed {
 fn an_interrupt_stops_the_work_and_leaves_nothing_behind() {
     let folder = Folder::with("in.obj", Mesh::grid(300).noisy(0.001).obj());
     // Hours of denoising; and seconds of images, of which the delay lands somewhere in the middle.
-    for (work, delay) in [("--iterations 100000", 0), ("--size 4096 --interpolation natural", 300)] {
+    for (work, delay) in [("--method laplacian --iterations 100000", 0), ("--size 4096 --interpolation natural", 300)] {
         let line = format!("bake in.obj -o out/deep {work}");
         let Printed { code, out, err } = interrupted(&folder, &line, Duration::from_millis(delay));
         assert_eq!((code, out.as_str()), (Some(1), ""), "{work}: {err}");
         assert_eq!(err, "error: interrupted; nothing was written\n", "{work}");
         assert_eq!(folder.names("."), ["in.obj"], "{work}");
     }
+}
+
+#[test]
+fn an_interrupted_bench_writes_no_file() {
+    let mesh = Mesh::grid(20);
+    let folder = Folder::with("pairs/a_clean.obj", mesh.obj());
+    folder.write("pairs/a_noisy.obj", mesh.noisy(0.01).obj());
+    // Hours of denoising.
+    let line = "bench-quality pairs --methods laplacian --set iterations=4000000000 --csv out/deep/q.csv";
+    let Printed { code, out, err } = interrupted(&folder, line, Duration::ZERO);
+    assert_eq!((code, err.as_str()), (Some(1), "error: interrupted; nothing was written\n"));
+    // The table of what was measured before, which is nothing.
+    assert!(out.starts_with("  method ") && !out.contains("\n  laplacian "), "{out}");
+    assert_eq!(folder.names("."), ["pairs"]);
 }

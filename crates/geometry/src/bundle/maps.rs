@@ -1,12 +1,11 @@
 //! Both maps and what they were made from.
 
 use super::layout::Plan;
-use super::{BakeError, Goal, Settings, apply_offsets};
+use super::{BakeError, Settings, Ways, apply_offsets};
 use crate::atlas::Atlas;
 use crate::displacement::{self, Displacement, Encoding, MapKind};
 use crate::model::Model;
-use crate::normals;
-use crate::progress::{Cancelled, Progress};
+use crate::progress::Progress;
 use crate::texture::findings::Findings;
 use crate::texture::resolution::{self, Spacing};
 use crate::texture::tangents::{self, Tangent};
@@ -19,48 +18,34 @@ pub(super) struct Offsets {
     pub(super) places: Vec<DVec3>,
     /// One number for each vertex and channel, model units. #V each
     pub(super) channels: Vec<Vec<f64>>,
-    /// Root mean square of the part of δ that the map leaves out, model units.
-    pub(super) left_out_rms: f64,
 }
 
 impl Offsets {
-    /// Denoises. Frames (#V) are needed for tangent space only.
-    pub(super) fn new(
-        model: &Model,
-        goal: &Goal,
-        kind: MapKind,
-        normals: &[Vec3],
-        frames: &[Tangent],
-        progress: &dyn Progress,
-    ) -> Result<Self, Cancelled> {
-        let positions = model.surface().positions();
-        let deltas = &goal.deltas(model.surface(), progress)?;
-        Ok(match kind {
-            MapKind::Scalar => {
-                let heights = normals::heights(deltas, normals);
-                let held: Vec<DVec3> = heights.iter().zip(normals).map(|(h, n)| *h * n.as_dvec3()).collect();
-                let left_out = deltas.iter().zip(&held).map(|(d, held)| (*d - *held).length_squared());
-                let left_out_rms = (left_out.sum::<f64>() / deltas.len().max(1) as f64).sqrt();
-                let places = positions.iter().zip(held).map(|(p, held)| *p - held).collect();
-                Self { places, channels: vec![heights], left_out_rms }
+    /// Frames (#V) are needed for tangent space only.
+    pub(super) fn new(model: &Model, kind: MapKind, ways: &Ways, frames: &[Tangent]) -> Self {
+        let (deltas, normals) = (&ways.deltas, &ways.normals);
+        let moved = |way: &dyn Fn(usize) -> DVec3| {
+            model.surface().positions().iter().enumerate().map(|(v, p)| *p - way(v)).collect()
+        };
+        match (kind, &ways.heights) {
+            (MapKind::Scalar, Some((heights, _))) => {
+                let places = moved(&|v| heights[v] * normals[v].as_dvec3());
+                Self { places, channels: vec![heights.clone()] }
             }
-            MapKind::VectorObject => {
-                let places = positions.iter().zip(deltas).map(|(p, d)| *p - *d).collect();
-                Self { places, channels: split(deltas), left_out_rms: 0.0 }
+            (MapKind::Scalar | MapKind::VectorObject, _) => {
+                Self { places: moved(&|v| deltas[v]), channels: split(deltas) }
             }
-            MapKind::VectorTangent => {
+            (MapKind::VectorTangent, _) => {
                 let local = |((delta, n), frame): ((&DVec3, &Vec3), &Tangent)| {
                     let [t, b, n] = frame.frame(*n).map(Vec3::as_dvec3);
                     let local = DMat3::from_cols(t, b, n).inverse() * *delta;
                     if local.is_finite() { local } else { DVec3::ZERO }
                 };
                 let local: Vec<DVec3> = deltas.iter().zip(normals).zip(frames).map(local).collect();
-                let channels = split(&local);
-                let has_frame = |n: &Vec3| if *n == Vec3::ZERO { 0.0 } else { 1.0 };
-                let places = positions.iter().zip(deltas).zip(normals).map(|((p, d), n)| *p - *d * has_frame(n));
-                Self { places: places.collect(), channels, left_out_rms: 0.0 }
+                let has_frame = |v: usize| if normals[v] == Vec3::ZERO { 0.0 } else { 1.0 };
+                Self { places: moved(&|v| deltas[v] * has_frame(v)), channels: split(&local) }
             }
-        })
+        }
     }
 }
 
@@ -87,11 +72,11 @@ impl Maps {
     pub(super) fn bake(
         model: &Model,
         atlas: Option<&Atlas>,
-        normals: &[Vec3],
+        ways: &Ways,
         settings: &Settings,
         progress: &dyn Progress,
     ) -> Result<Self, BakeError> {
-        let surface = model.surface();
+        let (surface, normals) = (model.surface(), &ways.normals);
         let mut corner_frames = None;
         let mut frames = Vec::new();
         if settings.map == MapKind::VectorTangent {
@@ -100,7 +85,7 @@ impl Maps {
             frames = tangents::at_vertices(surface, atlas.ok_or(BakeError::NoTangents)?, normals, &of_corners);
             corner_frames = Some(of_corners);
         }
-        let offsets = Offsets::new(model, &settings.goal, settings.map, normals, &frames, progress)?;
+        let offsets = Offsets::new(model, settings.map, ways, &frames);
         if offsets.channels.iter().flatten().any(|h| !(*h as f32).is_finite()) {
             return Err(BakeError::NotFinite);
         }

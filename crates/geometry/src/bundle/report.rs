@@ -1,9 +1,10 @@
 //! Measures what the written bytes do.
 
+use super::Ways;
 use super::maps::Offsets;
 use crate::apply::{self, Places, ShaderVertex};
 use crate::displacement::{DecodeError, Displacement, Encoding, Place, TexelFormat, Weights};
-use crate::manifest::{BitsError, Filtered, Layout, Manifest, MapErrors, OwnUvs, Report};
+use crate::manifest::{BitsError, Filtered, HeightsLoss, Layout, Manifest, MapErrors, OwnUvs, Report};
 use crate::metrics::percentile;
 use crate::model::Model;
 use crate::obj::Obj;
@@ -17,8 +18,8 @@ use rayon::prelude::*;
 /// What is measured.
 pub(super) struct Evidence<'a> {
     pub(super) model: &'a Model,
-    /// Those that the map was made for. #V×3
-    pub(super) normals: &'a [Vec3],
+    /// Those that the map was made for.
+    pub(super) ways: &'a Ways,
     /// Frames of the vertices; empty unless the map needs them. #V
     pub(super) frames: &'a [Tangent],
     /// Where the vertices should be, and the numbers that take them there.
@@ -75,7 +76,8 @@ pub(super) fn measure(evidence: &Evidence, manifest: &Manifest) -> Result<Report
             BitsError { bits: texel.bits(), max_error }
         })
     };
-    let without_normal = mesh.used.iter().filter(|(v, _)| evidence.normals[*v as usize] == Vec3::ZERO).count();
+    let without_normal = mesh.used.iter().filter(|(v, _)| evidence.ways.normals[*v as usize] == Vec3::ZERO).count();
+    let loss = evidence.ways.heights.as_ref().map(|heights| heights.1);
     let mut report = Report {
         max_error: max,
         p99_error: p99,
@@ -101,7 +103,9 @@ pub(super) fn measure(evidence: &Evidence, manifest: &Manifest) -> Result<Report
         by_bits: if evidence.channels.is_empty() { manifest.report.by_bits.clone() } else { by_bits().to_vec() },
         own_uvs,
         layout: evidence.findings.clone(),
-        left_out_rms: offsets.left_out_rms,
+        left_out_rms: loss.map_or(0.0, |loss| loss.rms),
+        heights: loss.map(HeightsLoss::from),
+        limits: evidence.ways.limits,
         vertices_without_normal: without_normal,
         suggestion: None,
     };
@@ -120,6 +124,9 @@ fn suggestion(manifest: &Manifest, report: &Report) -> Option<String> {
             "a larger size, or an unwrap with more room"
         };
         return Some(format!("use the layout `vertex`, which is exact; {cure} would help the layout `uv`"));
+    }
+    if let Some(heights) = report.heights.filter(HeightsLoss::is_much) {
+        return Some(heights.to_string());
     }
     let fine = report.max_error <= report.quantum;
     let coarse = manifest.displacement.texel == TexelFormat::Png8 && fine;

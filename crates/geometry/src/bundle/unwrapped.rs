@@ -1,6 +1,6 @@
 //! Baking into texture coordinates that are made for the purpose.
 
-use super::{BakeError, Belongings, Bundle, LayoutChoice, Names, Settings};
+use super::{BakeError, Belongings, Bundle, LayoutChoice, Names, Settings, Ways};
 use crate::model::Model;
 use crate::obj::Obj;
 use crate::progress::Progress;
@@ -20,16 +20,13 @@ impl From<UnwrapError> for BakeError {
 /// Cuts charts, and packs and bakes them at growing sizes until each vertex gets its height.
 pub(super) fn bake(
     model: &Model,
+    ways: &Ways,
     names: &Names,
     beside: Belongings,
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<Bundle, BakeError> {
-    let deltas = settings.goal.deltas(model.surface(), progress)?;
-    let goal: Vec<DVec3> = model.surface().positions().iter().zip(&deltas).map(|(p, d)| *p - *d).collect();
-    if goal.iter().any(|p| !p.as_vec3().is_finite()) {
-        return Err(BakeError::NotFinite);
-    }
+    let goal: Vec<DVec3> = model.surface().positions().iter().zip(&ways.deltas).map(|(p, d)| *p - *d).collect();
     let charts = Charts::cut(model, &goal, progress)?;
     let sides = settings.side.map_or_else(|| resolution::sides(settings.largest_side.0), |side| vec![side]);
     let largest = sides.last().copied().unwrap_or(1);
@@ -43,7 +40,7 @@ pub(super) fn bake(
             continue;
         }
         let at_side = Settings { layout: LayoutChoice::Uv, side: Some(side), ..settings.clone() };
-        let bundle = super::bake_model(&laid_out, Some(model), names, beside, &at_side, progress)?;
+        let bundle = super::bake_model(&laid_out, Some(model), ways, names, beside, &at_side, progress)?;
         let left = bundle.manifest.report.unresolved_vertices;
         let reason = match spaced.reason {
             _ if left == 0 => Reason::Exact,

@@ -1,6 +1,7 @@
 //! The numbers that other programs want, signs folded in: they add where planish subtracts.
 
 use crate::displacement::{Encoding, MapKind};
+use crate::model::NormalSource;
 use serde::{Deserialize, Serialize};
 
 /// Settings of programs at the λ that was asked for. Those that cannot use a kind of map are left out.
@@ -51,9 +52,11 @@ pub struct Blender {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "SCREAMING_SNAKE_CASE")]
 pub enum BlenderDirection {
-    /// Along the normals: heights.
+    /// Along the normals that Blender computes, which are angle-weighted: heights.
     #[default]
     Normal,
+    /// Along the normals of the carrier: heights along others.
+    CustomNormal,
     /// Red, green and blue are x, y and z, in local space: vectors.
     RgbToXyz,
 }
@@ -89,7 +92,7 @@ pub struct CentreMagnitude {
 
 impl Clients {
     /// Folds λ and the signs into bias and scale.
-    pub fn new(kind: MapKind, encoding: Encoding, lambda: f64) -> Self {
+    pub fn new(kind: MapKind, normals: NormalSource, encoding: Encoding, lambda: f64) -> Self {
         let (bias, scale) = (f64::from(encoding.bias), f64::from(encoding.scale));
         // Adding zero turns −0 into 0, which reads better.
         let (base, gain) = (-lambda * bias + 0.0, -lambda * scale + 0.0);
@@ -101,7 +104,10 @@ impl Clients {
                 Self {
                     threejs: Some(ThreeJs { displacement_scale: gain, displacement_bias: base }),
                     babylon: Some(ends),
-                    blender: blender(BlenderDirection::Normal),
+                    blender: blender(match normals {
+                        NormalSource::Angle => BlenderDirection::Normal,
+                        _ => BlenderDirection::CustomNormal,
+                    }),
                     mtl: Some(Mtl { base, gain }),
                     unreal: Some(CentreMagnitude { magnitude: -gain, center: 1.0 - middle, invert: true }),
                     unity: Some(ends),

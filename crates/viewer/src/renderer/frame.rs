@@ -4,6 +4,7 @@ use super::derives_normals;
 use crate::gpu_types::{Displacement, Frame, Light};
 use crate::ground;
 use crate::lights::{Lamp, lamps};
+use crate::relief::Relief;
 use crate::scene::Scene;
 use crate::settings::{Displace, Normals, Overlay, Sampling, Settings, Shading, Size};
 use crate::shading::{LINE_WIDTH, heat_range, normal_map_strength};
@@ -44,11 +45,7 @@ pub(super) fn frame(scene: &Scene, settings: &Settings, size: Size, scale: f32) 
         (frame.heat_low, frame.heat_high, frame.has_heat) = (range.low, range.high, 1);
     }
     // HAS_TEXTURE, HAS_NORMAL_MAP, HAS_HEIGHTS_IN_UV
-    let has = [
-        scene.texture.is_some(),
-        scene.normal_map.is_some(),
-        scene.relief.as_ref().is_some_and(|relief| relief.in_uv()),
-    ];
+    let has = [scene.texture.is_some(), scene.normal_map.is_some(), scene.relief.as_ref().is_some_and(Relief::in_uv)];
     frame.has = (0..).zip(has).map(|(bit, has)| u32::from(has) << bit).sum();
     for (slot, lamp) in frame.lights.iter_mut().zip(lamps(scene, settings, &view)) {
         let Lamp { place, radiance, axis, cos_outer, cos_inner } = lamp;
@@ -77,6 +74,6 @@ pub(super) fn displacement(scene: &Scene, displace: &Displace) -> Displacement {
 }
 
 /// Place of a choice in the list of all.
-pub(super) fn number<T: PartialEq>(all: &[T], one: T) -> u32 {
+pub(super) fn number<T: PartialEq + Copy>(all: &[T], one: T) -> u32 {
     all.iter().position(|other| *other == one).unwrap_or(0) as u32
 }

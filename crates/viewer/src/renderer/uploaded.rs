@@ -3,7 +3,6 @@
 use super::bindings::{Layouts, bind};
 use super::lighting;
 use super::pictures::{self, Samplers};
-use crate::colormap::Colormap;
 use crate::gpu::Gpu;
 use crate::gpu_types::{Displacement, Frame};
 use crate::relief::Relief;
@@ -11,6 +10,7 @@ use crate::render_mesh::RenderMesh;
 use crate::scene::Scene;
 use crate::settings::Settings;
 use bytemuck::Pod;
+use planish_geometry::colormap::Colormap;
 use wgpu::BufferUsages;
 use wgpu::util::{BufferInitDescriptor, DeviceExt as _};
 
@@ -88,7 +88,7 @@ impl Uploaded {
             environment_sampler: pictures::smooth_sampler(device),
             texture: texture(&scene.texture),
             normal_map: texture(&scene.normal_map),
-            heat_maps: Colormap::ALL.iter().map(|map| pictures::row(gpu, &map.texels())).collect(),
+            heat_maps: Colormap::ALL.iter().map(|map| pictures::row(gpu, &texels(*map))).collect(),
         }
     }
 
@@ -105,6 +105,15 @@ impl Uploaded {
         let resources = [view(&self.texture), sampler, view(&self.normal_map), view(&self.heat_maps[heat_map])];
         bind(device, &layouts.textures, &resources)
     }
+}
+
+/// Samples of a colour map: sRGB, as stored.
+fn texels(map: Colormap) -> Vec<[u8; 4]> {
+    let texel = |rgb: &u32| {
+        let [_, r, g, b] = rgb.to_be_bytes();
+        [r, g, b, u8::MAX]
+    };
+    map.samples().iter().map(texel).collect()
 }
 
 /// At least one element: an empty buffer cannot be bound.

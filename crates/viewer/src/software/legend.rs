@@ -1,10 +1,9 @@
 //! The colour bar beside a heat map.
 
-use super::pixel_from_linear;
-use crate::colormap::Colormap;
 use crate::colour::linear_from_byte;
 use crate::settings::Range;
 use image::{Rgba, RgbaImage};
+use planish_geometry::colormap::Colormap;
 
 /// Numbers beside the bar.
 const TICKS: u32 = 5;
@@ -21,7 +20,7 @@ pub(super) fn draw(image: &mut RgbaImage, map: Colormap, range: Range) {
     let left = image.width() - label_width - bar_width;
     let top = (image.height() - bar_height) / 2;
     for y in 0..bar_height {
-        let [r, g, b] = pixel_from_linear(map.at(1.0 - (y as f32 + 0.5) / bar_height as f32));
+        let [r, g, b] = map.bytes(1.0 - (y as f32 + 0.5) / bar_height as f32);
         fill(image, [left, top + y], [bar_width, 1], Rgba([r, g, b, u8::MAX]));
     }
     for tick in 0..TICKS {

@@ -2,11 +2,11 @@
 
 use super::*;
 use crate::camera::{Camera, Projection};
-use crate::colormap::Colormap;
 use crate::colour::Colour;
 use crate::lights::{Ambient, Light};
 use crate::settings::{Background, Checker, Heat, Range, Size};
 use image::Rgba;
+use planish_geometry::colormap::Colormap;
 
 /// Triangles over shared positions, lit with `normals` (one per position).
 fn scene(positions: Vec<Vec3>, normals: Vec<Vec3>, uvs: Vec<Vec2>, triangles: &[[u32; 3]]) -> Scene {
@@ -204,7 +204,7 @@ fn heat_without_relief_has_the_colours_of_the_bar() {
     let heat = Heat { map, relief: 0.0, range: None };
     let settings = Settings { shading: Shading::Heat, heat, ..front() };
     let image = render(&Scene::new(mesh.clone()).unwrap(), &settings);
-    let [r, g, b] = pixel_from_linear(map.at(0.5));
+    let [r, g, b] = map.bytes(0.5);
     assert_eq!(*image.get_pixel(32, 32), Rgba([r, g, b, 255]));
 
     // What is not a number is neither drawn as one nor does it spoil the range.

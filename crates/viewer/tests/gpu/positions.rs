@@ -1,7 +1,6 @@
 //! Displaced positions on the GPU are those of `apply`.
 
 use crate::support::{Baked, baked, no_complaints, quick, renderer, repository};
-use planish_geometry::apply;
 use planish_geometry::bundle::{LayoutChoice, Settings};
 use planish_geometry::displacement::MapKind;
 use planish_viewer::gpu::Backend;
@@ -16,10 +15,10 @@ const TOLERANCE: f64 = 1e-6;
 /// Asserts it for one map; how far off the worst vertex is, in shares of the range.
 #[track_caller]
 fn agree(renderer: &Renderer, baked: &Baked, name: &str) -> f64 {
-    let Baked { model, bundle, map } = baked;
+    let Baked { model, map, .. } = baked;
     let scene = baked.scene();
     let uploaded = renderer.upload(&scene);
-    let lines = apply::baked_vertices(model.obj(), &bundle.manifest).unwrap();
+    let lines = baked.lines();
     let range = f64::from(map.encoding().scale);
     let mut worst = 0.0f64;
     for lambda in [0.0, 0.37, 1.0, -2.0] {

@@ -1,6 +1,7 @@
 //! Adapters, scenes and pictures.
 
 use image::RgbaImage;
+use planish_geometry::apply::{self, ShaderVertex};
 use planish_geometry::bundle::{self, Belongings, Bundle, Names};
 use planish_geometry::displacement::Displacement;
 use planish_geometry::model::Model;
@@ -61,9 +62,15 @@ pub(crate) fn bytes<'a>(bundle: &'a Bundle, name: &str) -> &'a [u8] {
 }
 
 impl Baked {
+    /// The vertices of the map, one for each line.
+    pub(crate) fn lines(&self) -> Vec<ShaderVertex> {
+        let carrier = || Obj::parse(bytes(&self.bundle, &self.bundle.manifest.carrier.obj).to_vec()).ok();
+        apply::baked_vertices(self.model.obj(), &self.bundle.manifest, &carrier).unwrap()
+    }
+
     /// The scene, with a texture, the normal map and a number for each line.
     pub(crate) fn scene(&self) -> Scene {
-        let lines = planish_geometry::apply::baked_vertices(self.model.obj(), &self.bundle.manifest).unwrap();
+        let lines = self.lines();
         let numbers: Vec<f32> = self.model.obj().positions().iter().map(|p| p.y as f32).collect();
         let mut scene = input::scene(&self.model, Some(&numbers)).unwrap();
         scene.relief = Some(input::relief(&self.model, &scene, self.map.clone(), &lines));
@@ -85,7 +92,7 @@ pub(crate) fn duck() -> Baked {
 /// The map does not matter here, and some methods take their time.
 pub(crate) fn quick() -> bundle::Settings {
     use planish_geometry::denoise::{Denoiser, Laplacian};
-    bundle::Settings { goal: bundle::Goal::Denoiser(Denoiser::Laplacian(Laplacian::default())), ..<_>::default() }
+    bundle::Settings { goal: Denoiser::Laplacian(Laplacian::default()).into(), ..<_>::default() }
 }
 
 /// Colours that tell u from v, with fine and coarse detail.

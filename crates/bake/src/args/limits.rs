@@ -1,0 +1,68 @@
+//! Options that hold every method back.
+
+use super::values::not_negative;
+use crate::failure::Failure;
+use crate::input;
+use clap::Args;
+use planish_geometry::denoise::limits::{Limits, Mask, Volume};
+use planish_geometry::obj::Obj;
+use std::convert::Infallible;
+use std::path::{Path, PathBuf};
+
+/// What denoising may not do.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Limits")]
+pub(crate) struct LimitArgs {
+    /// Vertices that stay: the rim of an open mesh, or those in a file; may be given several times
+    ///
+    /// The file has numbers of `v` lines counted from 1, and ranges of them like 3-9, with blanks, commas or line
+    /// breaks between; from # on a line is a comment.
+    #[arg(long, value_name = "boundary|FILE", value_parser = fix)]
+    fix: Vec<Fix>,
+    /// How far a vertex may go at most, in mean edge lengths
+    #[arg(long, value_name = "D", value_parser = not_negative, allow_negative_numbers = true)]
+    max_displacement: Option<f64>,
+    /// Restore the enclosed volume by an even offset; an open mesh needs --fix boundary with it
+    #[arg(long)]
+    preserve_volume: bool,
+}
+
+/// `--fix`.
+#[derive(Clone, Debug)]
+enum Fix {
+    Boundary,
+    File(PathBuf),
+}
+
+fn fix(text: &str) -> Result<Fix, Infallible> {
+    Ok(if text == "boundary" { Fix::Boundary } else { Fix::File(text.into()) })
+}
+
+impl LimitArgs {
+    /// The files that are read.
+    pub(super) fn masks(&self) -> impl Iterator<Item = &PathBuf> {
+        self.fix.iter().filter_map(|fix| match fix {
+            Fix::Boundary => None,
+            Fix::File(path) => Some(path),
+        })
+    }
+    /// The limits for a mesh.
+    pub(super) fn limits(&self, mesh: &Obj) -> Result<Limits, Failure> {
+        let mut fixed = Mask::default();
+        for fix in &self.fix {
+            fixed = fixed.and(match fix {
+                Fix::Boundary => Mask::boundary(),
+                Fix::File(path) => mask(path, mesh.positions().len())?,
+            });
+        }
+        let volume = if self.preserve_volume { Volume::Preserve } else { Volume::Free };
+        Ok(Limits { fixed, max_displacement: self.max_displacement, volume })
+    }
+}
+
+/// The file of a mask.
+fn mask(path: &Path, v_lines: usize) -> Result<Mask, Failure> {
+    let text = String::from_utf8(input::read(path)?);
+    let text = text.map_err(|_| Failure::at(path, "is not a text of numbers of `v` lines"))?;
+    Mask::parse(&text, v_lines).map_err(|e| Failure::at(path, e))
+}

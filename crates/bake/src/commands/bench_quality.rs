@@ -1,0 +1,144 @@
+//! `planish bench-quality`
+
+mod pairs;
+mod report;
+
+use crate::args::{BenchQualityArgs, MethodArg, PresetArg};
+use crate::console::Console;
+use crate::csv::{self, Csv};
+use crate::failure::Failure;
+use crate::{input, output};
+use clap::ValueEnum as _;
+use pairs::Pair;
+use planish_geometry::denoise::Denoiser;
+use planish_geometry::metrics::{self, Triangles};
+use planish_geometry::model::Model;
+use planish_geometry::progress::Progress;
+use planish_geometry::weld::Welding;
+use report::{Broken, Measured, Report, Row};
+use std::path::Path;
+use std::time::Instant;
+
+pub(crate) fn run(args: &BenchQualityArgs, console: &Console) -> Result<(), Failure> {
+    let pairs = pairs::find(&args.folder, &args.pairs)?;
+    let denoisers = denoisers(args)?;
+    let inputs: Vec<&Path> = pairs.iter().flat_map(|pair| [pair.clean.as_path(), &pair.noisy]).collect();
+    let csv = args.csv.as_ref().map(|place| Csv::open(place, &inputs, console)).transpose()?;
+
+    let mut report = Report::new(&args.folder, denoisers);
+    let complete = pairs.iter().enumerate().try_for_each(|(i, pair)| {
+        let part = Part { console, first: i as f64 / pairs.len() as f64, size: 1.0 / pairs.len() as f64 };
+        measure(pair, &part, &mut report)
+    });
+    report.finish();
+    // What was measured before an interruption is shown, but no file is left that looks complete.
+    if complete.is_ok()
+        && let Some(csv) = csv
+    {
+        let table = csv::table(&report.rows)?;
+        match csv {
+            Csv::File(output) => output::write_all(vec![(output, table)])?,
+            Csv::Stdout => {
+                console.print_bytes(&table);
+                return report.verdict();
+            }
+        }
+    }
+    console.report(&report, || report.text());
+    complete.and(report.verdict())
+}
+
+/// The methods that are wanted, with the settings that are wanted.
+fn denoisers(args: &BenchQualityArgs) -> Result<Vec<Denoiser>, Failure> {
+    let wanted = if args.methods.is_empty() { MethodArg::value_variants() } else { &args.methods };
+    let mut used = vec![false; args.set.len()];
+    let mut all = Vec::new();
+    for method in wanted {
+        let default = method.denoiser()?;
+        let start = match args.preset {
+            PresetArg::Default => default,
+            PresetArg::Paper => default.paper().unwrap_or(default),
+        };
+        let mut settings = serde_json::to_value(&start).unwrap_or_default();
+        for ((name, value), used) in args.set.iter().zip(&mut used) {
+            let places = [format!("/{name}"), format!("/vertex_update/{name}")];
+            let place = places.iter().find(|place| name != "name" && settings.pointer(place).is_some());
+            if let Some(slot) = place.and_then(|place| settings.pointer_mut(place)) {
+                *slot = value.clone();
+                *used = true;
+            }
+        }
+        let refused = |e: serde_json::Error| Failure::Input(format!("--set: {}: {e}", start.name()));
+        all.push(serde_json::from_value(settings).map_err(refused)?);
+    }
+    match args.set.iter().zip(used).find(|(_, used)| !used) {
+        Some(((name, _), _)) => Err(Failure::Input(format!("--set {name}: none of the methods has that setting"))),
+        None => Ok(all),
+    }
+}
+
+/// Runs every method over a pair. A mesh that cannot be used is put down in the report.
+fn measure(pair: &Pair, part: &Part<'_>, report: &mut Report) -> Result<(), Failure> {
+    let broken = |method: Option<&Denoiser>, error: String| Broken {
+        pair: pair.name.clone(),
+        method: method.map(Denoiser::name),
+        error,
+    };
+    let read = || -> Result<_, Failure> {
+        let clean = Triangles::from(&input::obj(&pair.clean)?);
+        let model = super::model(&pair.noisy, Welding::Exact, part.console)?;
+        let noisy = Triangles::from(model.obj());
+        let before = metrics::compare(&clean, &noisy).map_err(|e| Failure::at(&pair.noisy, e))?;
+        Ok((clean, model, noisy, before))
+    };
+    let (clean, model, noisy, before) = match read() {
+        Ok(read) => read,
+        Err(Failure::Interrupted) => return Err(Failure::Interrupted),
+        Err(failure) => {
+            report.broken.push(broken(None, failure.to_string()));
+            return Ok(());
+        }
+    };
+    report.pairs.push(Measured::new(pair, &before));
+    for (k, denoiser) in report.methods.iter().enumerate() {
+        let share = part.size / report.methods.len() as f64;
+        let part = Part { console: part.console, first: part.first + k as f64 * share, size: share };
+        let (places, seconds) = timed(denoiser, &model, &part)?;
+        if let Some(v) = places.iter().position(|p| !p.is_finite()) {
+            report.broken.push(broken(Some(denoiser), format!("vertex {} went to infinity", v + 1)));
+            continue;
+        }
+        part.console.stage("comparing");
+        match metrics::compare(&clean, &noisy.at(places)) {
+            Ok(found) => report.rows.push(Row::new(pair, denoiser, &before, found, seconds)),
+            Err(e) => report.broken.push(broken(Some(denoiser), e.to_string())),
+        }
+    }
+    Ok(())
+}
+
+/// Where a method puts the vertices of the file, and the seconds that it takes.
+fn timed(denoiser: &Denoiser, model: &Model, part: &Part<'_>) -> Result<(Vec<glam::DVec3>, f64), Failure> {
+    part.console.stage(denoiser.name());
+    part.done(0.0);
+    let start = Instant::now();
+    let denoised = denoiser.denoised(model.surface(), part)?;
+    let seconds = start.elapsed().as_secs_f64();
+    Ok((model.weld().spread(&denoised), seconds))
+}
+
+/// A part of the whole work, so that the bar shows the share of all of it that is done.
+struct Part<'a> {
+    console: &'a Console,
+    first: f64,
+    size: f64,
+}
+
+impl Progress for Part<'_> {
+    fn done(&self, share: f64) {
+        self.console.done(self.first + share * self.size);
+    }
+    fn cancelled(&self) -> bool {
+        self.console.cancelled()
+    }
+}

@@ -1,0 +1,149 @@
+//! Where the vertices shall go, and along what.
+
+use super::BakeError;
+use crate::denoise::limits::{Bounds, Limits, LimitsError, Outcome};
+use crate::denoise::{Along, Denoiser, Denoising, DenoisingError, Loss, Motion, Moved, auto};
+use crate::displacement::MapKind;
+use crate::manifest::{Method, Target};
+use crate::model::{Model, NormalSource};
+use crate::obj::Obj;
+use crate::progress::Progress;
+use crate::surface::Surface;
+use glam::{DVec3, Vec3};
+
+/// Where the vertices shall go.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Goal {
+    /// Where a method takes them, within its limits.
+    Denoiser(Denoising),
+    /// To these places: the heights of any denoised mesh.
+    Target {
+        /// Of the vertices. #V×3, model units
+        positions: Vec<DVec3>,
+        /// Where they are from.
+        target: Target,
+    },
+}
+
+impl Default for Goal {
+    fn default() -> Self {
+        Denoiser::default().into()
+    }
+}
+
+impl From<Denoiser> for Goal {
+    fn from(denoiser: Denoiser) -> Self {
+        Self::Denoiser(denoiser.into())
+    }
+}
+
+impl From<DenoisingError> for BakeError {
+    fn from(error: DenoisingError) -> Self {
+        match error {
+            DenoisingError::Limits(error) => Self::Limits(error),
+            DenoisingError::Cancelled(error) => Self::Cancelled(error),
+        }
+    }
+}
+
+/// How a map takes the vertices there.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ways {
+    /// δ as the map holds it. #V×3, model units
+    pub deltas: Vec<DVec3>,
+    /// Those that it displaces along, or that stand in its tangent frames. #V×3
+    pub normals: Vec<Vec3>,
+    /// Whose these are.
+    pub source: NormalSource,
+    /// ⟨δ, n⟩, with a map of heights (#V, model units); what they leave out.
+    pub heights: Option<(Vec<f64>, Loss)>,
+    /// What limits did; none without any.
+    pub limits: Option<Outcome>,
+    /// What the method chose.
+    pub choice: Option<auto::Choice>,
+}
+
+impl Goal {
+    /// The places of another mesh with the same `v` lines.
+    ///
+    /// # Panics
+    /// If it has fewer.
+    pub fn to(model: &Model, denoised: &Obj, target: Target) -> Self {
+        let positions = model.weld().first().iter().map(|&line| denoised.positions()[line as usize]).collect();
+        Self::Target { positions, target }
+    }
+
+    /// Denoises for a kind of map, along certain normals. Without any, heights of methods with a [`Motion`] go along those
+    /// that lose least, all else along the angle-weighted ones of the input.
+    ///
+    /// # Panics
+    /// If a target has not one position for each vertex.
+    pub fn ways(
+        &self,
+        model: &Model,
+        map: MapKind,
+        normals: Option<NormalSource>,
+        progress: &dyn Progress,
+    ) -> Result<Ways, BakeError> {
+        let surface = model.surface();
+        let chosen = normals.unwrap_or_default();
+        if map != MapKind::Scalar {
+            let Moved { deltas, limits, choice, .. } = match self {
+                Self::Denoiser(denoising) => denoising.run(surface, model.weld(), progress)?,
+                Self::Target { positions, .. } => {
+                    Moved { deltas: ways_to(surface, positions), along: None, limits: None, choice: None }
+                }
+            };
+            let normals = model.displacement_normals(chosen, &deltas)?;
+            return Ok(Ways { deltas, normals, source: chosen, heights: None, limits, choice });
+        }
+        // Limits hold for the way that the map can hold.
+        let bounds = self.bounds(model)?;
+        let ((mut deltas, choice), fits) = match self {
+            Self::Denoiser(Denoising { denoiser, .. }) => {
+                (denoiser.freed().run(surface, progress)?, denoiser.motion().is_some())
+            }
+            Self::Target { positions, .. } => ((ways_to(surface, positions), None), false),
+        };
+        bounds.clamp(&mut deltas);
+        let (along, source) = if fits && normals.is_none() {
+            Along::best(surface, &deltas, progress)?
+        } else {
+            let normals = model.displacement_normals(chosen, &deltas)?;
+            let along = match fits {
+                true => Along::fitted(surface, &deltas, normals, progress)?,
+                false => Along::projected(surface, &deltas, normals),
+            };
+            (along, chosen)
+        };
+        let (along, limits) = along.within(&bounds, surface, &deltas, progress)?;
+        let (deltas, Along { normals, heights, loss }) = (along.deltas(), along);
+        Ok(Ways { deltas, normals, source, heights: Some((heights, loss)), limits, choice })
+    }
+
+    /// Limits of the vertices.
+    fn bounds(&self, model: &Model) -> Result<Bounds, LimitsError> {
+        match self {
+            Self::Denoiser(denoising) => denoising.limits.on(model.surface(), model.weld()),
+            Self::Target { .. } => Limits::default().on(model.surface(), model.weld()),
+        }
+    }
+
+    /// What the manifest says of it.
+    pub(super) fn method(&self, map: MapKind) -> Method {
+        match self {
+            Self::Denoiser(Denoising { denoiser, limits }) if map == MapKind::Scalar => {
+                let denoiser = denoiser.clone().with_motion(Motion::AlongNormal);
+                Method::Denoiser(Denoising { denoiser, limits: limits.clone() })
+            }
+            Self::Denoiser(denoising) => Method::Denoiser(denoising.clone()),
+            Self::Target { target, .. } => Method::Target(target.clone()),
+        }
+    }
+}
+
+/// p − p*. #V×3, model units
+fn ways_to(surface: &Surface, positions: &[DVec3]) -> Vec<DVec3> {
+    assert_eq!(positions.len(), surface.positions().len(), "one target for each vertex");
+    surface.positions().iter().zip(positions).map(|(p, q)| *p - *q).collect()
+}

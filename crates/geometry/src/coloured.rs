@@ -1,0 +1,52 @@
+//! Meshes with a colour for each vertex, for other programs to show.
+
+use crate::metrics::Triangles;
+use std::fmt::Write as _;
+
+/// Binary little-endian PLY: double coordinates, sRGB colours of 8 bits, the number that the colour shows as `quality`,
+/// which is what MeshLab calls a number of a vertex, and triangles. `comment` is one line for the header.
+///
+/// # Panics
+/// If colours or numbers are more or fewer than the vertices.
+pub fn ply(mesh: &Triangles, colours: &[[u8; 3]], quality: &[f64], comment: &str) -> Vec<u8> {
+    let (positions, faces) = (mesh.positions(), mesh.triangles());
+    assert_eq!([colours.len(), quality.len()], [positions.len(); 2], "one colour and one number for each vertex");
+    let header = format!(
+        "ply\nformat binary_little_endian 1.0\ncomment {}\nelement vertex {}\n\
+         property double x\nproperty double y\nproperty double z\n\
+         property uchar red\nproperty uchar green\nproperty uchar blue\nproperty float quality\n\
+         element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        comment.replace(char::is_control, " "),
+        positions.len(),
+        faces.len()
+    );
+    let mut out = header.into_bytes();
+    out.reserve(31 * positions.len() + 13 * faces.len());
+    for ((p, colour), x) in positions.iter().zip(colours).zip(quality) {
+        p.to_array().iter().for_each(|c| out.extend(c.to_le_bytes()));
+        out.extend(colour);
+        out.extend((*x as f32).to_le_bytes());
+    }
+    for face in faces {
+        out.push(3);
+        face.iter().for_each(|v| out.extend(v.to_le_bytes()));
+    }
+    out
+}
+
+/// OBJ with the colour, 0 to 1, behind the coordinates of each `v` line, as MeshLab and Blender read it.
+///
+/// # Panics
+/// If colours are more or fewer than the vertices.
+pub fn obj(mesh: &Triangles, colours: &[[u8; 3]], comment: &str) -> Vec<u8> {
+    assert_eq!(colours.len(), mesh.positions().len(), "one colour for each vertex");
+    let mut out = format!("# {}\n", comment.replace(char::is_control, " "));
+    for (p, colour) in mesh.positions().iter().zip(colours) {
+        let [r, g, b] = colour.map(|c| f32::from(c) / 255.0);
+        let _ = writeln!(out, "v {} {} {} {r:.4} {g:.4} {b:.4}", p.x, p.y, p.z);
+    }
+    for [a, b, c] in mesh.triangles() {
+        let _ = writeln!(out, "f {} {} {}", a + 1, b + 1, c + 1);
+    }
+    out.into_bytes()
+}

@@ -1,0 +1,90 @@
+//! How far off a result is, without knowing the truth.
+//!
+//! Charles M. Stein. Estimation of the mean of a multivariate normal distribution. Annals of Statistics 9 (6), 1981;
+//! its divergence by one random probe: Sathish Ramani, Thierry Blu, Michael Unser. Monte-Carlo SURE. IEEE Transactions on
+//! Image Processing 17 (9), 2008.
+//!
+//! The noise of a face normal is A e, linear in that of the vertices. For a result y(p) the expectation of
+//! |A (y − p)|² + 2σ² (A b)·(A (y(p + ε b) − y(p)) / ε), with b standard Gaussian along the normals, is the squared error
+//! of its normals but for a constant that is the same for all results.
+
+use crate::denoise::map::{Linear, Net};
+use glam::DVec3;
+
+/// One result, as changes of the face normals.
+pub(super) struct Seen {
+    /// A (y − p). #T×3
+    residuals: Vec<DVec3>,
+    /// 2σ² (A b)·(A dy). #T
+    divergences: Vec<f64>,
+}
+
+/// What is the same for all results.
+pub(super) struct Judge<'a> {
+    pub(super) net: &'a Net,
+    /// A, at the mean of the results.
+    pub(super) linear: Linear,
+    /// 2σ², square model units.
+    pub(super) variance: f64,
+    /// Which triangles count; all where it is empty.
+    pub(super) judged: &'a [bool],
+}
+
+impl Seen {
+    /// Risk at each triangle, square unit length. #T
+    pub(super) fn risks(&self) -> Vec<f64> {
+        self.residuals.iter().zip(&self.divergences).map(|(r, d)| r.length_squared() + d).collect()
+    }
+}
+
+impl Judge<'_> {
+    /// `ways` of a result, and how it moves with each probe, dy. #V×3, model units.
+    pub(super) fn see(&self, ways: &[DVec3], responses: &[Vec<DVec3>], probes: &[Vec<DVec3>]) -> Seen {
+        let changed = |ways: &[DVec3]| {
+            let mut out = vec![DVec3::ZERO; self.net.faces.len()];
+            self.linear.change(self.net, ways, &mut out);
+            out
+        };
+        let mut divergences = vec![0.0; self.net.faces.len()];
+        let share = self.variance / responses.len() as f64;
+        for (response, probe) in responses.iter().zip(probes) {
+            let (turned, probe) = (changed(response), changed(probe));
+            divergences.iter_mut().zip(turned.iter().zip(&probe)).for_each(|(sum, (a, b))| *sum += share * a.dot(*b));
+        }
+        Seen { residuals: changed(ways), divergences }
+    }
+
+    /// Risk of the mean of two results minus a reference risk (#T, square unit length), square degrees. Slivers count by their area, and the least and
+    /// the largest are left out: faces that have turned over say nothing.
+    pub(super) fn difference(&self, [a, b]: [&Seen; 2], reference: &[f64]) -> f64 {
+        const TRIMMED: f64 = 0.02;
+        let count = self.net.faces.len();
+        let mean_area = self.linear.areas.iter().sum::<f64>() / count.max(1) as f64;
+        let one = |f: usize| {
+            let mean = 0.5 * (a.residuals[f] + b.residuals[f]);
+            let risk = mean.length_squared() + 0.5 * (a.divergences[f] + b.divergences[f]);
+            (risk - reference[f]) * (self.linear.areas[f] / mean_area).min(1.0)
+        };
+        let mut values: Vec<f64> = (0..count).map(one).collect();
+        for _ in 0..3 {
+            values = (0..count).map(|f| self.averaged(&values, f)).collect();
+        }
+        if !self.judged.is_empty() {
+            values = values.into_iter().zip(self.judged).filter(|(_, judged)| **judged).map(|(x, _)| x).collect();
+        }
+        values.sort_unstable_by(f64::total_cmp);
+        let cut = (TRIMMED * values.len() as f64) as usize;
+        let kept = &values[cut..values.len() - cut];
+        let degrees = 1f64.to_degrees().powi(2);
+        degrees * kept.iter().sum::<f64>() / kept.len().max(1) as f64
+    }
+
+    fn averaged(&self, values: &[f64], f: usize) -> f64 {
+        let (mut sum, mut count) = (values[f], 1.0);
+        for g in self.net.beside(f) {
+            sum += values[g];
+            count += 1.0;
+        }
+        sum / count
+    }
+}

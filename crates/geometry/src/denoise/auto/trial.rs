@@ -1,0 +1,177 @@
+//! Candidates tried side by side.
+
+use super::Share;
+use super::candidates::Candidate;
+use super::risk::{Judge, Seen};
+use crate::denoise::map::{Linear, Run};
+use crate::denoise::noise_level;
+use crate::progress::{Cancelled, Parts, Progress};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// What candidates are tried on.
+#[derive(Clone, Copy)]
+pub(super) struct Trial<'a> {
+    pub(super) run: Run<'a>,
+    /// #V×3, model units.
+    pub(super) input: &'a [DVec3],
+    /// Of the smoothed mesh: what noise goes along. #V×3
+    pub(super) normals: &'a [DVec3],
+    /// μ for the first guess.
+    pub(super) smoothing: f64,
+    /// Which triangles are judged; all where it is empty.
+    pub(super) judged: &'a [bool],
+}
+
+/// Ways of a candidate from the input, and how its result moves with each probe. #V×3 each, model units.
+struct Tried {
+    ways: Vec<DVec3>,
+    responses: Vec<Vec<DVec3>>,
+}
+
+/// The mesh, or the mesh with a probe added, and a first guess for it.
+struct Given {
+    input: Vec<DVec3>,
+    start: Vec<DVec3>,
+}
+
+/// Probes times triangles.
+const BUDGET: usize = 40_000;
+const PROBES: usize = 4;
+/// Size of a probe in σ: large against the steps that robust weights make, small against the noise.
+const EPSILON: f64 = 0.3;
+/// Square degrees: who is farther behind after the first probe gets no more of them.
+const BEHIND: f64 = 15.0;
+/// Square degrees: who is that much farther behind has a share e times smaller.
+const TEMPERATURE: f64 = 0.5;
+
+impl Trial<'_> {
+    /// Ways of candidates whose shares are known.
+    pub(super) fn without_judging(
+        &self,
+        shares: Vec<Share>,
+        progress: &dyn Progress,
+    ) -> Result<(Vec<Share>, Vec<Vec<DVec3>>), Cancelled> {
+        let start = self.start(self.input, progress)?;
+        let parts = Parts::new(progress, shares.len());
+        let ways = |share: &Share| -> Result<Vec<DVec3>, Cancelled> {
+            let candidate = if share.share > 0.0 { share.candidate } else { Candidate::Stay };
+            parts.run(|| candidate.ways(&self.run, self.input, &start, progress))?
+        };
+        let ways = shares.par_iter().map(ways).collect::<Result<Vec<_>, _>>()?;
+        Ok((shares, ways))
+    }
+
+    /// Shares of the candidates in the best mixture, and their ways.
+    pub(super) fn judged(
+        &self,
+        candidates: &[Candidate],
+        progress: &dyn Progress,
+    ) -> Result<(Vec<Share>, Vec<Vec<DVec3>>), Cancelled> {
+        let epsilon = EPSILON * self.length();
+        let count = (BUDGET / self.run.net.faces.len().max(1)).clamp(1, PROBES);
+        let probes = self.probes(count);
+        let given = |k: usize| -> Result<Given, Cancelled> {
+            let lift = |v: usize| if k == 0 { DVec3::ZERO } else { epsilon * probes[k - 1][v] };
+            let input: Vec<DVec3> = self.input.iter().enumerate().map(|(v, p)| *p + lift(v)).collect();
+            Ok(Given { start: self.start(&input, progress)?, input })
+        };
+        // 0 is the mesh, k the mesh with probe k − 1.
+        let given = (0..=count).into_par_iter().map(given).collect::<Result<Vec<_>, _>>()?;
+        let parts = Parts::new(progress, candidates.len() * (1 + count));
+        let run = |jobs: &[(usize, usize)]| -> Result<Vec<Vec<DVec3>>, Cancelled> {
+            let ways = |&(candidate, k): &(usize, usize)| {
+                let Given { input, start } = &given[k];
+                parts.run(|| candidates[candidate].ways(&self.run, input, start, progress))?
+            };
+            jobs.par_iter().map(ways).collect()
+        };
+        let response = |still: &[DVec3], moved: &[DVec3], k: usize| -> Vec<DVec3> {
+            (0..still.len()).map(|v| probes[k - 1][v] + (moved[v] - still[v]) / epsilon).collect()
+        };
+        let every: Vec<usize> = (0..candidates.len()).collect();
+        let mut found = run(&jobs(&every, 0..2))?.into_iter();
+        let mut tried = Vec::new();
+        while let (Some(ways), Some(moved)) = (found.next(), found.next()) {
+            tried.push(Tried { responses: vec![response(&ways, &moved, 1)], ways });
+        }
+        let judge = self.judge(candidates, &tried);
+        let mut shares = mixture(&judge, &tried, &probes, &every);
+        if count > 1 {
+            let alive: Vec<usize> = every.iter().copied().filter(|&k| shares.1[k] <= BEHIND).collect();
+            let jobs = jobs(&alive, 2..count + 1);
+            for ((candidate, k), moved) in jobs.iter().zip(run(&jobs)?) {
+                let response = response(&tried[*candidate].ways, &moved, *k);
+                tried[*candidate].responses.push(response);
+            }
+            shares = mixture(&judge, &tried, &probes, &alive);
+        }
+        let found = candidates.iter().zip(shares.0).zip(shares.1);
+        let share = |((&candidate, share), behind)| Share {
+            candidate,
+            share,
+            behind: Some(behind).filter(|x: &f64| x.is_finite()),
+        };
+        Ok((found.map(share).collect(), tried.into_iter().map(|tried| tried.ways).collect()))
+    }
+
+    /// σ, model units.
+    fn length(&self) -> f64 {
+        self.run.sigma * self.run.mean_edge
+    }
+
+    /// Standard Gaussians along the normals.
+    fn probes(&self, count: usize) -> Vec<Vec<DVec3>> {
+        let seeds = (7..).map(|seed| noise_level::gaussians(self.input.len(), seed));
+        let along = |gaussians: Vec<DVec3>| gaussians.iter().zip(self.normals).map(|(g, n)| g.x * *n).collect();
+        seeds.take(count).map(along).collect()
+    }
+
+    /// The input smoothed, as a first guess.
+    fn start(&self, input: &[DVec3], progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
+        self.run.net.umbrella.smoothed(input, self.smoothing, self.run.freedom, progress)
+    }
+
+    /// A at the mean of all results but the noisy mesh itself.
+    fn judge(&self, candidates: &[Candidate], tried: &[Tried]) -> Judge<'_> {
+        let smoothed: Vec<&Tried> =
+            candidates.iter().zip(tried).filter(|(c, _)| **c != Candidate::Stay).map(|(_, tried)| tried).collect();
+        let share = 1.0 / smoothed.len().max(1) as f64;
+        let mean = |v: usize| self.input[v] + share * smoothed.iter().map(|t| t.ways[v]).sum::<DVec3>();
+        let mean: Vec<DVec3> = (0..self.input.len()).map(mean).collect();
+        let mut linear = Linear::default();
+        // Steeper changes are those of slivers, which say nothing about the whole.
+        linear.measure(self.run.net, &mean, 3.0 / self.run.mean_edge);
+        Judge { net: self.run.net, linear, variance: 2.0 * self.length() * self.length(), judged: self.judged }
+    }
+}
+
+/// Each of these candidates with each of what it is given.
+fn jobs(candidates: &[usize], given: std::ops::Range<usize>) -> Vec<(usize, usize)> {
+    candidates.iter().flat_map(|&c| given.clone().map(move |k| (c, k))).collect()
+}
+
+/// Shares of those that are still `alive`, and how far behind each is in the best of its pairs, square degrees.
+fn mixture(judge: &Judge, tried: &[Tried], probes: &[Vec<DVec3>], alive: &[usize]) -> (Vec<f64>, Vec<f64>) {
+    let seen: Vec<Seen> = alive.par_iter().map(|&k| judge.see(&tried[k].ways, &tried[k].responses, probes)).collect();
+    let all: Vec<Vec<f64>> = seen.iter().map(Seen::risks).collect();
+    let mean = |f: usize| all.iter().map(|risks| risks[f]).sum::<f64>() / all.len() as f64;
+    let reference: Vec<f64> = (0..judge.net.faces.len()).map(mean).collect();
+    let pairs: Vec<[usize; 2]> = (0..seen.len()).flat_map(|a| (a..seen.len()).map(move |b| [a, b])).collect();
+    let risk = |[a, b]: &[usize; 2]| judge.difference([&seen[*a], &seen[*b]], &reference);
+    let risks: Vec<f64> = pairs.par_iter().map(risk).collect();
+    let least = risks.iter().copied().fold(f64::INFINITY, f64::min);
+    let mut shares = vec![0.0; tried.len()];
+    let mut behind = vec![f64::INFINITY; tried.len()];
+    let mut total = 0.0;
+    for (pair, risk) in pairs.iter().zip(risks) {
+        let weight = (-(risk - least) / TEMPERATURE).exp();
+        for k in pair.map(|k| alive[k]) {
+            shares[k] += weight / 2.0;
+            behind[k] = behind[k].min(risk - least);
+        }
+        total += weight;
+    }
+    shares.iter_mut().for_each(|w| *w /= total);
+    (shares, behind)
+}

@@ -1,0 +1,287 @@
+//! What denoising may not do, whatever the method: move some vertices, move any too far, take volume.
+//!
+//! Where limits get in each other's way, vertices that are fixed come before the largest displacement, and that comes
+//! before the volume. As the input itself keeps within all of them, the volume is restored by vertices that have room.
+
+mod mask;
+mod volume;
+
+pub use mask::{Mask, MaskError};
+
+use crate::progress::{Cancelled, Progress};
+use crate::ragged::Index;
+use crate::surface::Surface;
+use crate::topology::Topology;
+use crate::weld::Weld;
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// Limits of any method; the default has none.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Limits {
+    /// These stay where they are, bit for bit.
+    pub fixed: Mask,
+    /// No vertex goes farther from its place in the input, mean edge lengths of the input.
+    pub max_displacement: Option<f64>,
+    /// What happens to the enclosed volume.
+    pub volume: Volume,
+}
+
+/// What happens to the enclosed volume.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Volume {
+    /// It becomes what the method makes of it.
+    #[default]
+    Free,
+    /// That of the input is restored.
+    Preserve,
+}
+
+/// Why limits do not fit a surface.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum LimitsError {
+    /// A mask of another file.
+    #[error("`v` line {line} shall stay, but there are {v_lines}")]
+    NoSuchLine {
+        /// Counted from 1.
+        line: Index,
+        /// Of the file.
+        v_lines: usize,
+    },
+    /// A largest displacement that is no length.
+    #[error("{0} is no largest displacement")]
+    NotALength(f64),
+    /// A volume that is not defined: the sum of tetrahedra over the faces depends on where their tip is, or would
+    /// after a motion of these edges.
+    #[error(
+        "encloses no volume: {edges} edges that may move are open, or their faces disagree about what is outside \
+         (the first is between the `v` lines {} and {})", .first[0], .first[1]
+    )]
+    Open {
+        /// How many.
+        edges: usize,
+        /// Ends of the first, `v` lines counted from 1.
+        first: [Index; 2],
+    },
+}
+
+impl Limits {
+    /// Whether everything is allowed.
+    pub fn is_none(&self) -> bool {
+        *self == Self::default()
+    }
+    /// The limits of the vertices of a surface whose `v` lines were welded like this.
+    pub fn on(&self, surface: &Surface, weld: &Weld) -> Result<Bounds, LimitsError> {
+        let v_lines = weld.vertex_of().len();
+        if self.fixed.highest() as usize > v_lines {
+            return Err(LimitsError::NoSuchLine { line: self.fixed.highest(), v_lines });
+        }
+        if let Some(d) = self.max_displacement.filter(|d| !d.is_finite() || *d < 0.0) {
+            return Err(LimitsError::NotALength(d));
+        }
+        let fixed = self.fixed.of(surface.topology(), weld);
+        if self.volume == Volume::Preserve {
+            let moves = |edge: &[Index; 2]| edge.iter().any(|&v| !fixed[v as usize]);
+            let open: Vec<[Index; 2]> = unbalanced_edges(surface.topology()).filter(moves).collect();
+            if let Some(first) = open.first() {
+                let first = first.map(|v| weld.first()[v as usize] + 1);
+                return Err(LimitsError::Open { edges: open.len(), first });
+            }
+        }
+        let reach = self.max_displacement.map_or(f64::INFINITY, |d| d * surface.mean_edge());
+        Ok(Bounds { fixed, reach, volume: self.volume })
+    }
+}
+
+/// Edges that faces do not walk along as often one way as the other; a surface without any encloses a volume.
+fn unbalanced_edges(topology: &Topology) -> impl Iterator<Item = [Index; 2]> {
+    let edges = topology.edges().iter().zip(topology.edge_corners().iter());
+    let unbalanced = edges.filter(|(edge, corners)| {
+        let forwards = corners.iter().filter(|&&c| topology.vertex(c) == edge[0]).count();
+        2 * forwards != corners.len()
+    });
+    unbalanced.map(|(edge, _)| *edge)
+}
+
+/// Limits of the vertices of one surface.
+#[derive(Clone, Debug)]
+pub struct Bounds {
+    /// #V
+    fixed: Vec<bool>,
+    /// Model units.
+    reach: f64,
+    volume: Volume,
+}
+
+/// What limits did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Vertices that were fixed.
+    pub fixed_vertices: usize,
+    /// Vertices that went as far as they may.
+    pub stopped_vertices: usize,
+    /// With [`Volume::Preserve`] only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub volume: Option<VolumeChange>,
+}
+
+/// Change of the enclosed volume, cubic model units.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct VolumeChange {
+    /// By the method within the other limits.
+    pub by_method: f64,
+    /// After the volume was restored.
+    pub left: f64,
+    /// Whether what is left is rounding. If not, no vertex was free to give back the rest.
+    pub restored: bool,
+}
+
+impl Bounds {
+    /// Whether everything is allowed.
+    fn are_none(&self) -> bool {
+        self.volume == Volume::Free && self.reach == f64::INFINITY && !self.fixed.contains(&true)
+    }
+
+    /// Keeps δ (#V×3, model units) within all limits but that of the volume. None of them turns.
+    pub fn clamp(&self, deltas: &mut [DVec3]) {
+        for (v, delta) in deltas.iter_mut().enumerate() {
+            *delta = self.allowed(v, *delta);
+        }
+    }
+
+    /// Keeps δ (#V×3, model units) within all limits. The volume is restored along `along`, the normals (#V×3, unit or
+    /// zero) of the input, so a δ along its normal stays there.
+    pub fn apply(
+        &self,
+        surface: &Surface,
+        along: &[DVec3],
+        deltas: &mut Vec<DVec3>,
+        progress: &dyn Progress,
+    ) -> Result<Option<Outcome>, Cancelled> {
+        if self.are_none() {
+            return Ok(None);
+        }
+        self.clamp(deltas);
+        let mut volume = None;
+        if self.volume == Volume::Preserve {
+            progress.stage("restoring the volume");
+            volume = Some(volume::restore(self, surface, along, deltas, progress)?);
+        }
+        // What was shortened may have lost a few bits.
+        let stopped = |(delta, fixed): &(&DVec3, &bool)| !**fixed && delta.length() >= self.reach * (1.0 - 1e-12);
+        Ok(Some(Outcome {
+            fixed_vertices: self.fixed.iter().filter(|fixed| **fixed).count(),
+            stopped_vertices: deltas.iter().zip(&self.fixed).filter(stopped).count(),
+            volume,
+        }))
+    }
+
+    /// The nearest δ that a vertex may have.
+    fn allowed(&self, v: usize, delta: DVec3) -> DVec3 {
+        if self.fixed[v] {
+            return DVec3::ZERO;
+        }
+        let mut allowed = delta;
+        let mut length = delta.length();
+        // Rounding may leave the product a bit too long.
+        while length > self.reach {
+            allowed *= self.reach / length * (1.0 - f64::EPSILON);
+            length = allowed.length();
+        }
+        allowed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::denoise::{Denoiser, Denoising, DenoisingError, Laplacian, Moved};
+    use crate::progress::Silent;
+    use crate::shapes;
+    use crate::weld::Welding;
+
+    fn on(limits: &Limits, surface: &Surface) -> Result<Bounds, LimitsError> {
+        limits.on(surface, &Weld::new(surface.positions(), Welding::None))
+    }
+
+    #[test]
+    fn limits_that_do_not_fit_are_refused() {
+        let grid = shapes::grid(2);
+        let fixed = |text: &str| Limits { fixed: text.parse().unwrap(), ..Limits::default() };
+        assert!(on(&fixed("9"), &grid).is_ok());
+        let error = on(&fixed("9-10"), &grid).unwrap_err();
+        assert_eq!(error, LimitsError::NoSuchLine { line: 10, v_lines: 9 });
+        for d in [-1.0, f64::NAN, f64::INFINITY] {
+            let limits = Limits { max_displacement: Some(d), ..Limits::default() };
+            assert!(matches!(on(&limits, &grid), Err(LimitsError::NotALength(_))));
+        }
+    }
+
+    #[test]
+    fn an_open_surface_has_a_volume_as_long_as_its_rim_stays() {
+        let grid = shapes::grid(2);
+        let keep =
+            |fixed: &str| Limits { fixed: fixed.parse().unwrap(), volume: Volume::Preserve, ..Limits::default() };
+        assert!(on(&keep("boundary"), &grid).is_ok());
+        // All around, but for the third vertex of the lower row, which has two edges of the rim.
+        let error = on(&keep("1-2 4 6-9"), &grid).unwrap_err();
+        assert_eq!(error, LimitsError::Open { edges: 2, first: [2, 3] });
+        // A face that is turned over makes a wall of its edges.
+        let cube = shapes::cube();
+        let mut faces: Vec<Vec<Index>> = cube.topology().faces().iter().map(Vec::from).collect();
+        assert!(on(&keep(""), &cube).is_ok());
+        faces[0].reverse();
+        let turned = Surface::new(Topology::new(8, faces.into_iter().collect()), cube.positions().to_vec());
+        assert!(matches!(on(&keep(""), &turned), Err(LimitsError::Open { edges: 4, .. })));
+    }
+
+    #[test]
+    fn a_sphere_that_was_smoothed_keeps_its_volume_and_becomes_no_rougher() {
+        let sphere = shapes::dented_sphere(3);
+        let denoiser = Denoiser::Laplacian(Laplacian { iterations: 30, ..Laplacian::default() });
+        let weld = Weld::new(sphere.positions(), Welding::None);
+        let after = |volume| {
+            let denoising = Denoising { denoiser: denoiser.clone(), limits: Limits { volume, ..Limits::default() } };
+            let Moved { deltas, limits: outcome, .. } = denoising.run(&sphere, &weld, &Silent).unwrap();
+            (sphere.at(sphere.positions().iter().zip(deltas).map(|(p, d)| *p - d).collect()), outcome)
+        };
+        let [(shrunk, _), (restored, outcome)] = [Volume::Free, Volume::Preserve].map(after);
+        let change = outcome.unwrap().volume.unwrap();
+        assert!((change.by_method - (shrunk.volume() - sphere.volume())).abs() < 1e-12);
+        assert!(change.by_method < -0.1 * sphere.volume());
+        // Spread of the radii, against their mean.
+        let roughness = |surface: &Surface| {
+            let radii: Vec<f64> = surface.positions().iter().map(|p| p.length()).collect();
+            let mean = radii.iter().sum::<f64>() / radii.len() as f64;
+            (radii.iter().map(|r| (r / mean - 1.0).powi(2)).sum::<f64>() / radii.len() as f64).sqrt()
+        };
+        assert!(roughness(&restored) < 1.1 * roughness(&shrunk));
+    }
+
+    #[test]
+    fn where_nothing_is_free_nothing_is_done() {
+        let sphere = shapes::dented_sphere(1);
+        let weld = Weld::new(sphere.positions(), Welding::None);
+        let limits = Limits { fixed: "1-42".parse().unwrap(), volume: Volume::Preserve, ..Limits::default() };
+        let denoising = Denoising { limits, ..Denoising::default() };
+        let Moved { deltas, limits: outcome, .. } = denoising.run(&sphere, &weld, &Silent).unwrap();
+        assert_eq!(deltas, [DVec3::ZERO; 42]);
+        let change = VolumeChange { by_method: 0.0, left: 0.0, restored: true };
+        assert_eq!(outcome, Some(Outcome { fixed_vertices: 42, stopped_vertices: 0, volume: Some(change) }));
+        let limits = Limits { fixed: "43".parse().unwrap(), ..Limits::default() };
+        let error = Denoising { limits, ..Denoising::default() }.run(&sphere, &weld, &Silent).unwrap_err();
+        assert!(matches!(error, DenoisingError::Limits(LimitsError::NoSuchLine { line: 43, v_lines: 42 })));
+    }
+
+    #[test]
+    fn numbers_that_are_none_end_the_search() {
+        let sphere = shapes::dented_sphere(1);
+        let bounds = on(&Limits { volume: Volume::Preserve, ..Limits::default() }, &sphere).unwrap();
+        let mut deltas = vec![DVec3::splat(f64::INFINITY); 42];
+        let along = vec![DVec3::X; 42];
+        let outcome = bounds.apply(&sphere, &along, &mut deltas, &Silent).unwrap().unwrap();
+        assert!(!outcome.volume.unwrap().restored);
+    }
+}

@@ -1,0 +1,190 @@
+//! Vertices by name, in a text that people write.
+
+use crate::ragged::Index;
+use crate::topology::Topology;
+use crate::weld::Weld;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::str::FromStr;
+
+/// Vertices that are picked out: the rim of the mesh, `v` lines, or both.
+///
+/// As text: words with blanks, commas or line breaks between them. `7` is the seventh `v` line of the file, `3-9` are
+/// seven of them, `boundary` is the rim; from `#` on a line is a comment. In JSON the same text on one line.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct Mask {
+    boundary: bool,
+    /// First and last `v` line of each run, counted from 1; ascending, with a gap between two.
+    runs: Vec<[Index; 2]>,
+}
+
+/// Why a text is no mask.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("line {line}: `{word}` {problem}")]
+pub struct MaskError {
+    /// Counted from 1.
+    pub line: usize,
+    /// The word at fault.
+    pub word: String,
+    /// What is wrong with it.
+    pub problem: String,
+}
+
+/// The word for the rim.
+const BOUNDARY: &str = "boundary";
+
+impl Mask {
+    /// The vertices of edges with one face.
+    pub fn boundary() -> Self {
+        Self { boundary: true, runs: Vec::new() }
+    }
+    /// Reads the text for a file with so many `v` lines.
+    pub fn parse(text: &str, v_lines: usize) -> Result<Self, MaskError> {
+        let mut mask = Self::default();
+        for (line, words) in (1..).zip(text.lines()) {
+            let words = words.split('#').next().unwrap_or_default();
+            let words = words.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty());
+            for word in words {
+                match run(word, v_lines) {
+                    _ if word == BOUNDARY => mask.boundary = true,
+                    Ok(run) => mask.runs.push(run),
+                    Err(problem) => return Err(MaskError { line, word: word.to_owned(), problem }),
+                }
+            }
+        }
+        mask.join_runs();
+        Ok(mask)
+    }
+    /// Whether nothing is picked out.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+    /// The vertices of both.
+    #[must_use]
+    pub fn and(mut self, other: Self) -> Self {
+        self.boundary |= other.boundary;
+        self.runs.extend(other.runs);
+        self.join_runs();
+        self
+    }
+    /// The highest `v` line that is named; 0 where none is.
+    pub fn highest(&self) -> Index {
+        self.runs.last().map_or(0, |run| run[1])
+    }
+    /// Whether each vertex is picked out; one of several `v` lines is enough. #V
+    pub(super) fn of(&self, topology: &Topology, weld: &Weld) -> Vec<bool> {
+        let rim = |v| self.boundary && topology.is_boundary(v);
+        let mut picked: Vec<bool> = (0..topology.vertex_count() as Index).map(rim).collect();
+        for [first, last] in &self.runs {
+            let lines = weld.vertex_of().get(*first as usize - 1..*last as usize).unwrap_or_default();
+            lines.iter().for_each(|&v| picked[v as usize] = true);
+        }
+        picked
+    }
+
+    fn join_runs(&mut self) {
+        self.runs.sort_unstable();
+        self.runs.dedup_by(|next, run| {
+            let touches = next[0] <= run[1].saturating_add(1);
+            if touches {
+                run[1] = run[1].max(next[1]);
+            }
+            touches
+        });
+    }
+}
+
+/// `v` lines of a word, or what is wrong with it.
+fn run(word: &str, v_lines: usize) -> Result<[Index; 2], String> {
+    let (first, last) = word.split_once('-').unwrap_or((word, word));
+    let number = |text: &str| text.parse::<Index>().ok().filter(|_| text.bytes().all(|b| b.is_ascii_digit()));
+    let run = number(first).zip(number(last)).map(|(first, last)| [first, last]);
+    let run = run.ok_or("is no number of a `v` line, no range of them like 3-9, and not `boundary`")?;
+    let there_are = format!("there are {v_lines} `v` lines, counted from 1");
+    match run {
+        [0, _] => Err(format!("names `v` line 0; {there_are}")),
+        [first, last] if first > last => Err("ends before it begins".to_owned()),
+        [_, last] if last as usize > v_lines => Err(format!("names `v` line {last}; {there_are}")),
+        run => Ok(run),
+    }
+}
+
+impl fmt::Display for Mask {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let boundary = self.boundary.then(|| BOUNDARY.to_owned());
+        let runs = self.runs.iter().map(|[a, b]| if a == b { a.to_string() } else { format!("{a}-{b}") });
+        f.write_str(&boundary.into_iter().chain(runs).collect::<Vec<_>>().join(" "))
+    }
+}
+
+impl FromStr for Mask {
+    type Err = MaskError;
+
+    fn from_str(text: &str) -> Result<Self, MaskError> {
+        Self::parse(text, Index::MAX as usize)
+    }
+}
+
+impl TryFrom<String> for Mask {
+    type Error = MaskError;
+
+    fn try_from(text: String) -> Result<Self, MaskError> {
+        text.parse()
+    }
+}
+
+impl From<Mask> for String {
+    fn from(mask: Mask) -> Self {
+        mask.to_string()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shapes;
+    use crate::weld::Welding;
+    use glam::DVec3;
+
+    #[test]
+    fn runs_are_sorted_and_joined_and_read_back() {
+        let mask = Mask::parse("# eyes\n9, 12-14 7-8\r\n\n 13-20#nose\n2", 20).unwrap();
+        assert_eq!(mask.to_string(), "2 7-9 12-20");
+        assert_eq!(mask.clone().and(Mask::boundary()).to_string(), "boundary 2 7-9 12-20");
+        assert_eq!("boundary 2 7-9 12-20".parse(), Ok(mask.clone().and(Mask::boundary())));
+        assert_eq!((mask.highest(), mask.is_empty(), Mask::default().highest()), (20, false, 0));
+        assert!(Mask::parse("  # nothing\n", 3).unwrap().is_empty());
+        // The largest index there is has no successor.
+        assert_eq!("4294967295 4294967290-4294967295".parse::<Mask>().unwrap().to_string(), "4294967290-4294967295");
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_its_line() {
+        for (text, line, words) in [
+            ("1\n2 0", 2, "`0` names `v` line 0"),
+            ("1\n#\n3-11", 3, "`3-11` names `v` line 11; there are 10"),
+            ("5-3", 1, "`5-3` ends before it begins"),
+            ("1 -2", 1, "`-2` is no number"),
+            ("+3", 1, "`+3` is no number"),
+            ("1-2-3", 1, "`1-2-3` is no number"),
+            ("99999999999", 1, "`99999999999` is no number"),
+            ("Boundary", 1, "not `boundary`"),
+        ] {
+            let error = Mask::parse(text, 10).unwrap_err();
+            assert_eq!(error.line, line, "{text}");
+            assert!(error.to_string().contains(words), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn one_of_the_lines_of_a_vertex_is_enough() {
+        let weld = Weld::new(&[DVec3::X, DVec3::Y, DVec3::Z, DVec3::X], Welding::Exact);
+        let topology = Topology::new(3, [vec![0, 1, 2]].into_iter().collect());
+        assert_eq!(Mask::parse("4", 4).unwrap().of(&topology, &weld), [true, false, false]);
+        assert_eq!(Mask::boundary().of(&topology, &weld), [true; 3]);
+        let cube = shapes::cube();
+        let weld = Weld::new(cube.positions(), Welding::None);
+        assert_eq!(Mask::boundary().of(cube.topology(), &weld), [false; 8]);
+    }
+}

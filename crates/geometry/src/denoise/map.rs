@@ -1,0 +1,114 @@
+//! The most probable surface, given noisy vertices and a prior that likes normals to turn evenly.
+//!
+//! In mean edge lengths, with one shape operator S_f (symmetric, 3×3) for each face as a further unknown:
+//!
+//! E(x, S) = Σᵥ |xᵥ − pᵥ|² / σ² + Σₑ wₑ |nᵢ − nⱼ − ½ (Sᵢ + Sⱼ) (cᵢ − cⱼ)|² + Σₑ vₑ |Sᵢ − Sⱼ|² + 10⁻³ λ Σ_f |S_f|²
+//!   \+ τ/σ² Σᵥ |(1 − N Nᵀ) (U x)ᵥ|²
+//!
+//! over vertices v, edges e between faces i and j, centroids c and the umbrella U. The second term says that normals turn
+//! as the shape operator has it, the third that it does not jump; both are robust, so that a crease costs no more than it
+//! must. It is a second-order total variation of the normals (compare Liu et al., TGV normal filtering, 2021) that is
+//! estimated in the positions themselves: no vertices have to follow normals afterwards, and the data hold them. The last
+//! term spreads the vertices tangentially.
+//!
+//! Each round takes the normals as linear in the positions (Gauss–Newton), the weights from the last residuals r (iterated
+//! reweighting: φ = (1 + |r|²/κ²)^−p), and solves for positions and shape operators together. κ falls from 0.4 to the
+//! threshold of the settings, so that strong creases form first (graduated non-convexity).
+
+mod estimate;
+mod prior;
+mod system;
+
+pub(super) use estimate::{Net, Run};
+pub(super) use prior::Linear;
+
+use super::noise_level::{self, Look};
+use super::umbrella::Freedom;
+use super::{Boundary, Motion};
+use crate::progress::{Cancelled, Progress};
+use crate::surface::Surface;
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// Settings of [`Denoiser::Map`](super::Denoiser::Map).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Map {
+    /// σ, mean edge lengths; measured on the mesh where it is not given.
+    pub noise: Option<f64>,
+    /// The prior.
+    pub prior: Prior,
+    /// Steps of conjugate gradients in each round, at most.
+    pub steps: u32,
+    /// Where vertices may go.
+    pub motion: Motion,
+    /// What happens at the boundary.
+    pub boundary: Boundary,
+}
+
+/// What surfaces are taken to be like.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Prior {
+    /// p: how little a crease costs. 0 is quadratic, 0.5 grows with the angle, 1 with its logarithm.
+    pub exponent: f64,
+    /// λ: weight of the prior.
+    pub strength: f64,
+    /// The last κ: normals that turn by less, unit length, count as noise.
+    pub threshold: f64,
+    /// Weight of jumps of the shape operator against those of the normals.
+    pub curvature: f64,
+    /// τ: how much vertices spread tangentially.
+    pub spread: f64,
+    /// Rounds of reweighting.
+    pub rounds: u32,
+}
+
+impl Prior {
+    /// Flat parts with sharp creases.
+    pub const FLAT: Self =
+        Self { exponent: 0.75, strength: 1.5, threshold: 0.02, curvature: 10.0, spread: 1.0, rounds: 12 };
+    /// Curved parts with sharp creases.
+    pub const SHARP: Self = Self { strength: 1.0, threshold: 0.03, curvature: 3.0, ..Self::FLAT };
+    /// Parts with creases that need not be sharp.
+    pub const CREASES: Self = Self { exponent: 0.6, curvature: 3.0, ..Self::FLAT };
+    /// Shapes with some creases.
+    pub const MIXED: Self = Self { exponent: 0.5, strength: 2.0, ..Self::CREASES };
+    /// Smooth shapes with detail.
+    pub const DETAIL: Self =
+        Self { exponent: 0.5, strength: 3.0, threshold: 0.05, curvature: 1.0, spread: 2.0, rounds: 4 };
+    /// Smooth shapes.
+    pub const SMOOTH: Self = Self { strength: 6.0, threshold: 0.1, rounds: 5, ..Self::DETAIL };
+}
+
+impl Default for Prior {
+    /// Parts with creases, which is between the others.
+    fn default() -> Self {
+        Self::CREASES
+    }
+}
+
+impl Default for Map {
+    /// σ as measured, 40 steps a round; boundary vertices are held by their data like all others.
+    fn default() -> Self {
+        let (motion, boundary) = (Motion::Free, Boundary::Free);
+        Self { noise: None, prior: Prior::default(), steps: 40, motion, boundary }
+    }
+}
+
+/// δ of the estimate. #V×3, model units.
+pub(super) fn deltas(surface: &Surface, settings: &Map, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
+    progress.check()?;
+    let net = Net::of(surface);
+    let look = Look::at(surface, &net, progress)?;
+    let sigma = settings.noise.unwrap_or_else(|| look.level.sigma_as(look.level.kind()));
+    let input = surface.positions();
+    // Below that, rounding of a file's numbers is all there is.
+    if !(sigma > noise_level::NOTHING && look.mean_edge > 0.0) {
+        return Ok(vec![DVec3::ZERO; input.len()]);
+    }
+    let freedom = Freedom::of(surface, settings.motion, settings.boundary);
+    let start = net.umbrella.smoothed(input, look.smoothing, &freedom, progress)?;
+    let run = Run { steps: settings.steps, ..Run::of(&net, &freedom, sigma, look.mean_edge) };
+    Ok(net.without_folds(input, run.ways(input, &start, &settings.prior, progress)?))
+}

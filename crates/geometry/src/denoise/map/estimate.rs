@@ -1,0 +1,131 @@
+//! Rounds of linearising, reweighting and solving.
+
+use super::Prior;
+use super::prior::{Linear, Sides, Weighing};
+use super::system::{Symmetric, System};
+use crate::denoise::faces::Faces;
+use crate::denoise::umbrella::{Freedom, Umbrella};
+use crate::progress::{Cancelled, Progress};
+use crate::ragged::{Index, Ragged};
+use crate::surface::Surface;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Connectivity as the estimate needs it.
+pub(in crate::denoise) struct Net {
+    pub(in crate::denoise) faces: Faces,
+    pub(in crate::denoise) umbrella: Umbrella,
+    /// For each face the place in `faces.pairs`, and the other face, of each edge that has two.
+    pub(super) sides: Ragged<(Index, Index)>,
+    /// Triangles at each vertex, and which corner of theirs it is.
+    pub(super) corners: Ragged<(Index, u8)>,
+}
+
+impl Net {
+    pub(in crate::denoise) fn of(surface: &Surface) -> Self {
+        let faces = Faces::of(surface);
+        let both = (0..).zip(&faces.pairs).flat_map(|(e, &[f, g])| [(f, (e, g)), (g, (e, f))]);
+        let sides = Ragged::group(faces.len(), both);
+        let all = (0..).zip(&faces.triangles).flat_map(|(f, t)| (0..3u8).map(move |k| (t[usize::from(k)], (f, k))));
+        let corners = Ragged::group(surface.positions().len(), all);
+        Self { faces, umbrella: Umbrella::of(surface), sides, corners }
+    }
+
+    /// Faces that share an edge with this one.
+    pub(in crate::denoise) fn beside(&self, face: usize) -> impl Iterator<Item = usize> + '_ {
+        self.sides.get(face as Index).iter().map(|side| side.1 as usize)
+    }
+
+    /// Area-weighted unit normals. #V×3
+    pub(in crate::denoise) fn vertex_normals(&self, positions: &[DVec3]) -> Vec<DVec3> {
+        let doubled: Vec<DVec3> = self.faces.triangles.par_iter().map(|t| doubled_area(t, positions)).collect();
+        let sum = |v: usize| self.faces.around.get(v as Index).iter().map(|&f| doubled[f as usize]).sum::<DVec3>();
+        (0..positions.len()).into_par_iter().with_min_len(1024).map(|v| sum(v).normalize_or_zero()).collect()
+    }
+
+    /// δ = p − p* for ways from `input` (#V×3), zero at vertices that have to stay: until no triangle that faces the way of
+    /// the mean normal at its vertices in the input faces away from it, or is turned over and farther from it than before.
+    /// Each round puts one back at least, so this ends.
+    pub(in crate::denoise) fn without_folds(&self, input: &[DVec3], ways: Vec<DVec3>) -> Vec<DVec3> {
+        let mut ways = ways;
+        let moved: Vec<DVec3> = input.iter().zip(&ways).map(|(p, way)| *p + way).collect();
+        let normals = self.vertex_normals(&moved);
+        let faces = &self.faces;
+        let turned = |f: Index, ways: &[DVec3]| {
+            let t = faces.triangles[f as usize];
+            let mean: DVec3 = t.iter().map(|&v| normals[v as usize]).sum();
+            let before = doubled_area(&t, input).normalize_or_zero();
+            let [a, b, c] = t.map(|v| input[v as usize] + ways[v as usize]);
+            let after = (b - a).cross(c - a).normalize_or_zero();
+            let (upright, now) = (before.dot(mean), after.dot(mean));
+            upright > 0.0 && (now <= 0.0 || (before.dot(after) < 0.0 && now < upright))
+        };
+        let mut folded: Vec<Index> = (0..faces.len() as Index).filter(|&f| turned(f, &ways)).collect();
+        while let Some(f) = folded.pop() {
+            if !turned(f, &ways) {
+                continue;
+            }
+            for v in faces.triangles[f as usize] {
+                if ways[v as usize] != DVec3::ZERO {
+                    ways[v as usize] = DVec3::ZERO;
+                    folded.extend(faces.around.get(v));
+                }
+            }
+        }
+        ways.iter().map(|way| -*way).collect()
+    }
+}
+
+fn doubled_area(triangle: &[Index; 3], positions: &[DVec3]) -> DVec3 {
+    let [a, b, c] = triangle.map(|v| positions[v as usize]);
+    (b - a).cross(c - a)
+}
+
+/// What does not change between estimates on one mesh.
+#[derive(Clone, Copy)]
+pub(in crate::denoise) struct Run<'a> {
+    pub(in crate::denoise) net: &'a Net,
+    pub(in crate::denoise) freedom: &'a Freedom,
+    /// σ, in mean edges.
+    pub(in crate::denoise) sigma: f64,
+    /// Model units.
+    pub(in crate::denoise) mean_edge: f64,
+    /// Of conjugate gradients, at most.
+    pub(in crate::denoise) steps: u32,
+}
+
+impl<'a> Run<'a> {
+    /// The noisier, the more steps a round needs to reach as far as the noise makes it look.
+    pub(in crate::denoise) fn of(net: &'a Net, freedom: &'a Freedom, sigma: f64, mean_edge: f64) -> Self {
+        let steps = (100.0 * sigma).clamp(20.0, 80.0) as u32;
+        Self { net, freedom, sigma, mean_edge, steps }
+    }
+
+    /// Where the vertices of `input` go, from a first guess. #V×3, model units.
+    pub(in crate::denoise) fn ways(
+        &self,
+        input: &[DVec3],
+        start: &[DVec3],
+        prior: &Prior,
+        progress: &dyn Progress,
+    ) -> Result<Vec<DVec3>, Cancelled> {
+        let unit = 1.0 / self.mean_edge;
+        let net = self.net;
+        let input: Vec<DVec3> = input.iter().map(|p| *p * unit).collect();
+        let mut way: Vec<DVec3> = start.iter().zip(&input).map(|(x, p)| *x * unit - p).collect();
+        way.iter_mut().enumerate().for_each(|(v, way)| *way = self.freedom.projected(v, *way));
+        let mut shapes = vec![Symmetric::default(); net.faces.len()];
+        let mut positions = vec![DVec3::ZERO; input.len()];
+        let mut linear = Linear::default();
+        let mut sides = Sides::of(net);
+        let mut system = System::new(net, self.freedom, 1.0 / (self.sigma * self.sigma), prior);
+        for round in 0..prior.rounds {
+            progress.check()?;
+            positions.par_iter_mut().zip(&input).zip(&way).for_each(|((x, p), way)| *x = *p + way);
+            linear.measure(net, &positions, 10.0);
+            sides.weigh(net, &linear, &positions, &shapes, &Weighing::at(prior, round));
+            system.solve(&linear, &sides, &positions, &mut way, &mut shapes, self.steps, progress)?;
+        }
+        Ok(way.into_iter().map(|way| way * self.mean_edge).collect())
+    }
+}
