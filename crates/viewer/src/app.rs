@@ -478,6 +478,12 @@ impl App {
             self.due = None;
             return;
         }
+        if self.is_baked() {
+            // Back to what is on screen: nothing is to be done, and what goes on was for something else.
+            self.baking.drop_running();
+            (self.due, self.begun) = (None, self.shown.clone());
+            return;
+        }
         let Some(due) = self.due else { return };
         // What is being baked is not wanted any more.
         self.baking.drop_running();

@@ -229,7 +229,11 @@ fn notices(ui: &Ui, rect: Rect, app: &mut App, session: &mut Session) {
                 ui.horizontal_wrapped(|ui| {
                     ui.visuals_mut().override_text_color = Some(Color32::WHITE);
                     ui.label(format!("{icon} {}", message.text));
-                    if ui.small_button("✖").on_hover_text("put away").clicked() {
+                    let away = ui.small_button("✖").on_hover_text("put away");
+                    if i == 0 {
+                        session.mark("dismiss", away.rect);
+                    }
+                    if away.clicked() {
                         dismissed = Some(i);
                     }
                 });
