@@ -44,7 +44,7 @@ pub(crate) struct Frame {
     pub(crate) has: u32,
     pub(crate) line_width: f32,
     pub(crate) normal_strength: f32,
-    pub(crate) colormap: u32,
+    pub(crate) _pad: f32,
     pub(crate) lights: [Light; crate::lights::MAX_LIGHTS],
 }
 
@@ -140,7 +140,7 @@ mod tests {
                 has,
                 line_width,
                 normal_strength,
-                colormap,
+                _pad,
                 lights
             }
         );

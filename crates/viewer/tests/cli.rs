@@ -22,6 +22,8 @@ impl Folder {
 
     fn run(&self, line: &str) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_planish-viewer"));
+        // Without a desktop the graphics drivers say on standard error that this folder is not there.
+        command.env("XDG_RUNTIME_DIR", std::env::temp_dir());
         command.current_dir(&self.0).args(line.split_whitespace()).output().unwrap()
     }
 
@@ -86,4 +88,28 @@ fn what_cannot_be_done_exits_with_1() {
     let folder = Folder::new();
     folder.fails("in.obj", 1, "--headless");
     folder.fails("in.obj --headless none/out.png", 1, "none/out.png");
+}
+
+/// A tent over a square, whose tip the default method takes down.
+const TENT: &str = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 1 1 1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvt 0.5 0.5\n\
+    f 1/1 2/2 5/5\nf 2/2 3/3 5/5\nf 3/3 4/4 5/5\nf 4/4 1/1 5/5\n";
+
+#[test]
+fn heights_are_put_on_and_need_texture_coordinates() {
+    let folder = Folder::new();
+    fs::write(folder.path("tent.obj"), TENT).unwrap();
+    image::GrayImage::from_pixel(2, 2, image::Luma([255])).save(folder.path("white.png")).unwrap();
+    let draw =
+        |options: &str| folder.draws(&format!("tent.obj --headless out.png --size 60x50 --backend software {options}"));
+    let bare = draw("--lambda 0");
+    assert_eq!(draw("--heights white.png --scale 0"), bare);
+    let lifted = draw("--heights white.png --scale 0.3");
+    assert_ne!(lifted, bare);
+    // The same surface: p + 1 · (0.3 + 0 · texel) n.
+    assert_eq!(draw("--heights white.png --scale 0 --bias 0.3"), lifted);
+    fs::remove_file(folder.path("out.png")).unwrap();
+    folder.fails("in.obj --headless out.png --heights white.png", 2, "in.obj: has no texture coordinates");
+    folder.fails("tent.obj --headless out.png --heights none.png", 2, "none.png: ");
+    folder.fails("none.planish.json --headless out.png", 2, "none.planish.json: ");
+    folder.fails("a.planish.json --map b.planish.json --headless out.png", 2, "--map");
 }

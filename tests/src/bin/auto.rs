@@ -4,12 +4,12 @@
 //! auto FOLDER [--pairs x,y] [--noise SIGMA] [--candidates] [--no-clean] [--write FOLDER]
 //! ```
 //!
-//! FOLDER as for `quality`. One line a pair: Ea in degrees of the noisy mesh, the least of the manifest's columns that are
+//! FOLDER as for `planish bench-quality`. One line a pair: Ea in degrees of the noisy mesh, the least of the manifest's columns that are
 //! not authors' meshes, Ea of `auto` and its ratio to that and to the authors' mesh; mean distance to the clean surface in
 //! mean edges, of `auto` and of `taubin`; flipped faces before and after; the Ea that `auto` brings into the clean mesh; and
 //! seconds of all cores together. `--noise` makes its own noise of that deviation along the normals of the clean mesh.
-//! `--candidates` runs each candidate alone as well, `--no-clean` spares the clean mesh, `--write` keeps the results. Meshes without a clean one say only how far normals turned. What was
-//! found and chosen goes to standard error.
+//! `--candidates` runs each candidate alone as well, `--no-clean` spares the clean mesh, `--write` keeps the results. Meshes
+//! without a clean one say only how far normals turned. What was found and chosen goes to standard error.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "printing is what it is for")]
 
 use glam::{DMat3, DVec3};

@@ -104,7 +104,7 @@ impl fmt::Display for Choice {
     }
 }
 
-/// δ of what has the least risk (#V×3, model units), and what that is.
+/// δ of what has the least risk (#V×3, model units), and what that is; in the free form, see [`Denoiser::run`](super::Denoiser::run).
 pub fn choose(surface: &Surface, settings: &Auto, progress: &dyn Progress) -> Result<(Vec<DVec3>, Choice), Cancelled> {
     progress.check()?;
     let net = Net::of(surface);
@@ -123,7 +123,7 @@ pub fn choose(surface: &Surface, settings: &Auto, progress: &dyn Progress) -> Re
     // Without noise there is nothing to do, and nothing to measure a risk by.
     let noisy = sigma > noise_level::NOTHING && look.mean_edge > 0.0 && !candidates.is_empty();
     let candidates = if noisy { candidates } else { &[Candidate::Stay] };
-    let freedom = Freedom::of(surface, settings.motion, settings.boundary);
+    let freedom = Freedom::of(surface, settings.boundary);
     let run = Run::of(&net, &freedom, sigma, look.mean_edge);
     let smoothing = look.smoothing;
     let whole = Trial { run, input, normals: &look.normals, smoothing, judged: &[] };

@@ -107,7 +107,7 @@ pub(super) fn deltas(surface: &Surface, settings: &Map, progress: &dyn Progress)
     if !(sigma > noise_level::NOTHING && look.mean_edge > 0.0) {
         return Ok(vec![DVec3::ZERO; input.len()]);
     }
-    let freedom = Freedom::of(surface, settings.motion, settings.boundary);
+    let freedom = Freedom::of(surface, settings.boundary);
     let start = net.umbrella.smoothed(input, look.smoothing, &freedom, progress)?;
     let run = Run { steps: settings.steps, ..Run::of(&net, &freedom, sigma, look.mean_edge) };
     Ok(net.without_folds(input, run.ways(input, &start, &settings.prior, progress)?))

@@ -3,9 +3,8 @@
 //! (U x)ᵢ = xᵢ − mean of the neighbours. On the rim, where the ring is open, the neighbours are the two along the rim and
 //! the row counts half; where those are not two, the row is zero and the vertex is held by its data alone.
 
+use super::Boundary;
 use super::conjugate_gradients::{Solve, solve};
-use super::{Boundary, Motion};
-use crate::normals::{self, FaceWeight};
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
 use crate::sparse::Csr;
@@ -98,52 +97,34 @@ fn product(matrix: &Csr, x: &[DVec3], row: usize) -> DVec3 {
     matrix.row(row as Index).iter().fold(DVec3::ZERO, |sum, &(j, w)| sum + w * x[j as usize])
 }
 
-/// Where each vertex may go.
+/// Which vertices may go.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Freedom {
-    /// None may where this is true; empty where all may.
+    /// It stays where this is true; empty where none has to.
     fixed: Vec<bool>,
-    /// Unit directions, up to sign; empty where any will do.
-    along: Vec<DVec3>,
 }
 
 impl Freedom {
-    pub(super) fn of(surface: &Surface, motion: Motion, boundary: Boundary) -> Self {
+    pub(super) fn of(surface: &Surface, boundary: Boundary) -> Self {
         let topology = surface.topology();
         let fixed = match boundary {
             Boundary::Free => Vec::new(),
             Boundary::Fixed => (0..topology.vertex_count() as Index).map(|v| topology.is_boundary(v)).collect(),
         };
-        let along = match motion {
-            Motion::Free => Vec::new(),
-            Motion::AlongNormal => normals::vertex_normals(surface, FaceWeight::Angle),
-        };
-        Self { fixed, along }
+        Self { fixed }
     }
 
     /// The same for these vertices alone.
     pub(super) fn of_part(&self, vertices: &[Index]) -> Self {
-        let at = |v: &Index| *v as usize;
-        Self {
-            fixed: if self.fixed.is_empty() {
-                Vec::new()
-            } else {
-                vertices.iter().map(|v| self.fixed[at(v)]).collect()
-            },
-            along: if self.along.is_empty() {
-                Vec::new()
-            } else {
-                vertices.iter().map(|v| self.along[at(v)]).collect()
-            },
+        if self.fixed.is_empty() {
+            return Self::default();
         }
+        Self { fixed: vertices.iter().map(|&v| self.fixed[v as usize]).collect() }
     }
 
     /// The part of a way that vertex v may go.
     pub(super) fn projected(&self, v: usize, way: DVec3) -> DVec3 {
-        if self.fixed.get(v).is_some_and(|fixed| *fixed) {
-            return DVec3::ZERO;
-        }
-        self.along.get(v).map_or(way, |n| *n * n.dot(way))
+        if self.fixed.get(v).is_some_and(|fixed| *fixed) { DVec3::ZERO } else { way }
     }
 }
 

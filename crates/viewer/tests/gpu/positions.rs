@@ -8,8 +8,8 @@ use planish_viewer::renderer::Renderer;
 use planish_viewer::settings::Displace;
 use std::path::{Path, PathBuf};
 
-/// Of the range of the map: the same formula in single precision, where a driver may fuse products with sums. One unit in
-/// the last place of the largest coordinate comes on top, by which a fused sum may be off.
+/// Of the range of the map: the same formula in single precision, where a driver may fuse products with sums. Two units in
+/// the last place of the largest coordinate come on top: a fused sum rounds once where two operations round twice.
 const TOLERANCE: f64 = 1e-6;
 
 /// Asserts it for one map; how far off the worst vertex is, in shares of the range.

@@ -15,8 +15,8 @@ const RARELY: u8 = 4;
 /// Differences of all channels away from silhouettes: where the picture with one sample shows background or an edge of
 /// the surface within two pixels, coverage decides.
 fn differences(scene: &Scene, settings: &Settings, a: &RgbaImage, b: &RgbaImage) -> Vec<u8> {
-    let depth = Settings { shading: Shading::Normals, overlay: Overlay::None, ..settings.clone() };
-    let normals = software::render(scene, &depth);
+    let plain = Settings { shading: Shading::Normals, overlay: Overlay::None, ..settings.clone() };
+    let normals = software::render(scene, &plain);
     let inside = |x: u32, y: u32| {
         let here = normals.get_pixel(x, y).0;
         let near = (x.saturating_sub(2)..=(x + 2).min(a.width() - 1))
@@ -90,6 +90,7 @@ fn opengl_draws_what_vulkan_draws() {
         let settings = Settings { shading, ..settings() };
         let [a, b] = [&vulkan, &gl].map(|renderer| renderer.image(&scene, &settings));
         let off = a.iter().zip(b.iter()).filter(|(a, b)| a.abs_diff(**b) > RARELY).count();
+        // Silhouettes, where the drivers' rasterisers may take different samples, are longer than a thousandth of the picture.
         assert!(off * 500 < a.len(), "{shading:?}: {off} numbers differ");
     }
     no_complaints(&vulkan);
