@@ -149,14 +149,16 @@ impl Guidance {
             *difference = normal(f).distance(normal(g));
         });
         let differences = &self.differences;
-        self.patches.par_iter_mut().enumerate().with_min_len(256).for_each(|(f, out)| {
+        // Each normal is looked at with all others of its patch: side by side they are fetched once.
+        self.patches.par_iter_mut().enumerate().with_min_len(256).for_each_init(Vec::new, |side_by_side, (f, out)| {
             let members = patches.members.get(f as Index);
+            side_by_side.clear();
+            side_by_side.extend(members.iter().map(|&g| normal(g)));
             let mut widest = 0.0f64;
             let mut mean = DVec3::ZERO;
-            for (k, &g) in members.iter().enumerate() {
-                let n = normal(g);
-                mean += n * shapes.areas[g as usize];
-                widest = members[k + 1..].iter().fold(widest, |w, &h| w.max(n.distance_squared(normal(h))));
+            for (k, (n, &g)) in side_by_side.iter().zip(members).enumerate() {
+                mean += *n * shapes.areas[g as usize];
+                widest = side_by_side[k + 1..].iter().fold(widest, |w, m| w.max(n.distance_squared(*m)));
             }
             let inner = patches.inner.get(f as Index).iter().map(|&e| differences[e as usize]);
             let (largest, sum) = inner.fold((0.0f64, 0.0), |(largest, sum), d| (largest.max(d), sum + d));
