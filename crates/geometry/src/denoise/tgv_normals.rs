@@ -91,12 +91,12 @@ fn filtered(
     let mut room = vec![DVec3::ZERO; lines];
     for done in 1..=settings.iterations {
         progress.check()?;
-        let wanted: Vec<DVec3> = (0..edges).map(|e| v[e] + jumps[e] - jump_duals[e]).collect();
+        let wanted: Vec<DVec3> = (0..edges).into_par_iter().map(|e| v[e] + jumps[e] - jump_duals[e]).collect();
         normals = operators.solve_normals(&of_normals, &wanted, input, normals, [fidelity, penalty], progress)?;
         normals.par_iter_mut().zip(input).for_each(|(n, n0)| *n = n.try_normalize().unwrap_or(*n0));
         let gradient = operators.gradient(&normals);
-        let near: Vec<DVec3> = (0..edges).map(|e| gradient[e] - jumps[e] + jump_duals[e]).collect();
-        let wanted: Vec<DVec3> = (0..lines).map(|l| bends[l] - bend_duals[l]).collect();
+        let near: Vec<DVec3> = (0..edges).into_par_iter().map(|e| gradient[e] - jumps[e] + jump_duals[e]).collect();
+        let wanted: Vec<DVec3> = (0..lines).into_par_iter().map(|l| bends[l] - bend_duals[l]).collect();
         v = operators.solve_field(&of_field, &near, &wanted, v, progress)?;
         jumps.par_iter_mut().zip(&mut jump_duals).enumerate().for_each(|(e, (jump, dual))| {
             let z = gradient[e] - v[e] + *dual;
