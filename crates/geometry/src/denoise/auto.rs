@@ -140,7 +140,7 @@ pub fn choose(surface: &Surface, settings: &Auto, progress: &dyn Progress) -> Re
         whole.judged(candidates, progress)?
     };
     let mixed = |v: usize| shares.iter().zip(&ways).map(|(share, ways)| share.share * ways[v]).sum::<DVec3>();
-    let deltas = net.without_folds(input, (0..input.len()).map(mixed).collect());
+    let deltas = net.without_folds(input, (0..input.len()).map(mixed).collect(), sigma);
     let mut candidates = shares;
     candidates.sort_by(|a, b| b.share.total_cmp(&a.share));
     Ok((deltas, Choice { measured: look.level, kind, sigma, candidates }))

@@ -3,7 +3,7 @@
 //! In mean edge lengths, with one shape operator S_f (symmetric, 3×3) for each face as a further unknown:
 //!
 //! E(x, S) = Σᵥ |xᵥ − pᵥ|² / σ² + Σₑ wₑ |nᵢ − nⱼ − ½ (Sᵢ + Sⱼ) (cᵢ − cⱼ)|² + Σₑ vₑ |Sᵢ − Sⱼ|² + 10⁻³ λ Σ_f |S_f|²
-//!   \+ τ/σ² Σᵥ |(1 − N Nᵀ) (U x)ᵥ|²
+//!   \+ τ min(1/σ², 5²) Σᵥ |(1 − N Nᵀ) (U x)ᵥ|²
 //!
 //! over vertices v, edges e between faces i and j, centroids c and the umbrella U. The second term says that normals turn
 //! as the shape operator has it, the third that it does not jump; both are robust, so that a crease costs no more than it
@@ -110,5 +110,5 @@ pub(super) fn deltas(surface: &Surface, settings: &Map, progress: &dyn Progress)
     let freedom = Freedom::of(surface, settings.boundary);
     let start = net.umbrella.smoothed(input, look.smoothing, &freedom, progress)?;
     let run = Run { steps: settings.steps, ..Run::of(&net, &freedom, sigma, look.mean_edge) };
-    Ok(net.without_folds(input, run.ways(input, &start, &settings.prior, progress)?))
+    Ok(net.without_folds(input, run.ways(input, &start, &settings.prior, progress)?, sigma))
 }

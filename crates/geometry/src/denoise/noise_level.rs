@@ -89,7 +89,8 @@ impl NoiseLevel {
         match kind {
             Kind::Correlated if self.is_rough() => 5.0 * self.excess(),
             Kind::Correlated => 1.5 * self.inflation() * white,
-            _ => self.inflation() * white,
+            Kind::None => white * (1.0 - self.detail(0.01)).sqrt(),
+            Kind::Independent | Kind::Uneven => white,
         }
     }
 

@@ -78,6 +78,9 @@ type BendingRun<'a> = (usize, (&'a mut [Row<Symmetric>], &'a mut [[f64; 3]]));
 /// A run of faces: their rows, directions, and shape operators.
 type DescendingRun<'a> = ((&'a mut [Row<Symmetric>], &'a [Symmetric]), &'a mut [Symmetric]);
 
+/// How uneven vertices lie in a mesh without noise, mean edges: lighter noise is no reason to even them out.
+const UNEVEN: f64 = 0.2;
+
 impl<'a> System<'a> {
     pub(super) fn new(net: &'a Net, freedom: &'a Freedom, data: f64, prior: &Prior) -> Self {
         let (vertices, faces) = (net.corners.len(), net.faces.len());
@@ -86,7 +89,7 @@ impl<'a> System<'a> {
             freedom,
             data,
             ridge: 1e-3 * prior.strength,
-            spread: prior.spread * data,
+            spread: prior.spread * data.min(UNEVEN.powi(-2)),
             vertex_normals: Vec::new(),
             vertices: vec![Row::default(); vertices],
             faces: vec![Row::default(); faces],
