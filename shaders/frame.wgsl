@@ -49,7 +49,7 @@ struct Frame {
     line_width: f32,
     // How much of the normal map shows.
     normal_strength: f32,
-    _pad: f32,
+    colormap: u32,
     lights: array<Light, 4>,
 }
 

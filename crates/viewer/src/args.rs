@@ -2,9 +2,12 @@
 
 use crate::headless::Failure;
 use clap::Parser;
+use planish_viewer::environment::file::Source;
 use planish_viewer::gpu::Backend;
+use planish_viewer::ground::Show;
 use planish_viewer::open::Files;
 use planish_viewer::settings::{Normals, Overlay, Sampling, Settings, Shading, Size};
+use planish_viewer::shadow::Filter;
 use std::path::PathBuf;
 
 /// Draws a mesh.
@@ -85,6 +88,18 @@ pub(crate) struct Args {
     #[arg(long, value_enum)]
     sampling: Option<Sampling>,
 
+    /// How lights cast shadows.
+    #[arg(long, value_name = "FILTER")]
+    shadow: Option<Filter>,
+
+    /// What is seen of a plane under the model.
+    #[arg(long, value_name = "WHAT")]
+    ground: Option<Show>,
+
+    /// What is all around: desert, ice, an equirectangular picture, or a folder with the six faces of a cube map.
+    #[arg(long, value_name = "WHICH")]
+    environment: Option<Source>,
+
     /// Camera: degrees to the right about the up axis, from the front.
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
     yaw: Option<f32>,
@@ -123,6 +138,11 @@ impl Args {
         settings.displace.bias = self.bias.or(settings.displace.bias);
         settings.displace.scale = self.scale.or(settings.displace.scale);
         settings.displace.normals = self.normals.unwrap_or(settings.displace.normals);
+        settings.shadow.filter = self.shadow.unwrap_or(settings.shadow.filter);
+        settings.ground.show = self.ground.unwrap_or(settings.ground.show);
+        if let Some(source) = &self.environment {
+            settings.environment.get_or_insert_default().source = source.clone();
+        }
         settings.camera.yaw = self.yaw.unwrap_or(settings.camera.yaw);
         settings.camera.pitch = self.pitch.unwrap_or(settings.camera.pitch);
         settings

@@ -75,12 +75,22 @@ pub struct View {
 }
 
 impl Camera {
-    /// This camera before a model with these bounds. `aspect` = width / height.
-    pub fn view(&self, bounds: Sphere, aspect: f32) -> View {
-        let (up, front) = match self.up {
+    /// Upwards, and to the eye at yaw 0 and pitch 0; world space.
+    pub fn axes(&self) -> (Vec3, Vec3) {
+        match self.up {
             UpAxis::Y => (Vec3::Y, Vec3::Z),
             UpAxis::Z => (Vec3::Z, Vec3::NEG_Y),
-        };
+        }
+    }
+
+    /// This camera before a model with these bounds. `aspect` = width / height.
+    pub fn view(&self, bounds: Sphere, aspect: f32) -> View {
+        self.view_reaching(bounds, aspect, bounds.radius)
+    }
+
+    /// The same where there is something to be seen up to `reach` from the middle of the model.
+    pub fn view_reaching(&self, bounds: Sphere, aspect: f32, reach: f32) -> View {
+        let (up, front) = self.axes();
         let world_from_front = Mat3::from_cols(up.cross(front), up, front);
         let world_from_view = world_from_front
             * Mat3::from_rotation_y(self.yaw.to_radians())
@@ -94,11 +104,11 @@ impl Camera {
                 self.distance * radius / (0.5 * field_of_view.to_radians()).sin()
             }
             // Anywhere outside does.
-            Projection::Orthographic => 2.0 * radius,
+            Projection::Orthographic => 2.0 * reach.max(radius),
         };
         let eye = bounds.centre + distance * back;
         // A little room, so that rounding does not cut the nearest vertex off.
-        let reach = 1.01 * radius;
+        let reach = 1.01 * reach.max(radius);
         let (near, far) = ((distance - reach).max(1e-3 * radius), distance + reach);
         let (clip_from_view, eye_in_world) = match self.projection {
             Projection::Perspective { field_of_view } => {

@@ -44,7 +44,7 @@ pub(crate) struct Frame {
     pub(crate) has: u32,
     pub(crate) line_width: f32,
     pub(crate) normal_strength: f32,
-    pub(crate) _pad: f32,
+    pub(crate) colormap: u32,
     pub(crate) lights: [Light; crate::lights::MAX_LIGHTS],
 }
 
@@ -82,6 +82,81 @@ pub(crate) struct Wedge {
     pub(crate) uv: Vec2,
     pub(crate) has_uv: f32,
     pub(crate) _pad: f32,
+}
+
+/// Twin of `struct Eye`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(crate) struct Eye {
+    pub(crate) clip_from_world: Mat4,
+    pub(crate) world_from_clip: Mat4,
+    pub(crate) near: f32,
+    pub(crate) far: f32,
+    pub(crate) half_width: f32,
+    pub(crate) light_size: f32,
+    pub(crate) parallel: f32,
+    pub(crate) _pad_a: f32,
+    pub(crate) _pad_b: f32,
+    pub(crate) _pad_c: f32,
+}
+
+/// Twin of `struct Shadows`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(crate) struct Shadows {
+    pub(crate) first_eye: [u32; 4],
+    pub(crate) eye_count: [u32; 4],
+    pub(crate) filtering: u32,
+    pub(crate) kernel: i32,
+    pub(crate) slope_bias: f32,
+    pub(crate) least_bias: f32,
+    pub(crate) outside: u32,
+    pub(crate) shown: u32,
+    pub(crate) _pad_a: u32,
+    pub(crate) _pad_b: u32,
+    pub(crate) eyes: [Eye; crate::shadow::MAX_EYES],
+}
+
+/// Twin of `struct Caster`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(crate) struct Caster {
+    pub(crate) clip_from_world: Mat4,
+    pub(crate) moves: u32,
+    pub(crate) _pad_a: u32,
+    pub(crate) _pad_b: u32,
+    pub(crate) _pad_c: u32,
+}
+
+/// Twin of `struct Environment`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(crate) struct Environment {
+    pub(crate) environment_from_world: Mat4,
+    pub(crate) rays: Mat4,
+    pub(crate) irradiance: [Vec4; 9],
+    pub(crate) intensity: f32,
+    pub(crate) reflectance: f32,
+    pub(crate) roughness: f32,
+    pub(crate) roughest: f32,
+    pub(crate) background: f32,
+    pub(crate) blur: f32,
+    pub(crate) ambient: f32,
+    pub(crate) _pad: f32,
+}
+
+/// Twin of `struct Ground`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(crate) struct Ground {
+    pub(crate) centre: Vec3,
+    pub(crate) radius: f32,
+    pub(crate) right: Vec3,
+    pub(crate) catches: f32,
+    pub(crate) ahead: Vec3,
+    pub(crate) _pad: f32,
+    pub(crate) colour: Vec3,
+    pub(crate) _pad_b: f32,
 }
 
 #[cfg(test)]
@@ -140,9 +215,64 @@ mod tests {
                 has,
                 line_width,
                 normal_strength,
-                _pad,
+                colormap,
                 lights
             }
         );
+    }
+
+    #[test]
+    fn structures_of_light_are_those_of_the_shaders() {
+        let parsed = |program| naga::front::wgsl::parse_str(&source(program)).unwrap();
+        let ground = parsed(Program::Ground);
+        assert_layout!(
+            ground,
+            Eye {
+                clip_from_world,
+                world_from_clip,
+                near,
+                far,
+                half_width,
+                light_size,
+                parallel,
+                _pad_a,
+                _pad_b,
+                _pad_c
+            }
+        );
+        assert_layout!(
+            ground,
+            Shadows {
+                first_eye,
+                eye_count,
+                filtering,
+                kernel,
+                slope_bias,
+                least_bias,
+                outside,
+                shown,
+                _pad_a,
+                _pad_b,
+                eyes
+            }
+        );
+        assert_layout!(
+            ground,
+            Environment {
+                environment_from_world,
+                rays,
+                irradiance,
+                intensity,
+                reflectance,
+                roughness,
+                roughest,
+                background,
+                blur,
+                ambient,
+                _pad
+            }
+        );
+        assert_layout!(ground, Ground { centre, radius, right, catches, ahead, _pad, colour, _pad_b });
+        assert_layout!(parsed(Program::Shadow), Caster { clip_from_world, moves, _pad_a, _pad_b, _pad_c });
     }
 }

@@ -22,8 +22,10 @@
 
 pub mod camera;
 pub mod colour;
+pub mod environment;
 pub mod gpu;
 mod gpu_types;
+pub mod ground;
 pub mod input;
 pub mod lights;
 pub mod open;
@@ -34,5 +36,6 @@ pub mod scene;
 pub mod settings;
 pub mod shaders;
 mod shading;
+pub mod shadow;
 pub mod software;
 pub mod texture;

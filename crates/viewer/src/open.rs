@@ -1,5 +1,6 @@
 //! Files become a scene.
 
+use crate::environment::{self, Surroundings};
 use crate::input;
 use crate::scene::Scene;
 use crate::settings::{Settings, Shading};
@@ -31,7 +32,7 @@ pub struct BadFile {
 }
 
 impl BadFile {
-    fn at<E: ToString>(path: &Path) -> impl Fn(E) -> Self + Copy + '_ {
+    pub(crate) fn at<E: ToString>(path: &Path) -> impl Fn(E) -> Self + Copy + '_ {
         move |e| Self { path: path.to_owned(), reason: e.to_string() }
     }
 }
@@ -110,6 +111,10 @@ pub fn open(files: &Files, settings: &Settings, progress: &dyn Progress) -> Resu
     };
     if let Some(path) = &files.normal_map {
         scene.normal_map = Some(picture(path, Content::Data)?);
+    }
+    if let Some(Surroundings { source, resolution, .. }) = &settings.environment {
+        progress.stage("environment");
+        scene.environment = Some(environment::file::load(source, *resolution as usize)?);
     }
     Ok(Opened { mesh, model, scene, manifest })
 }

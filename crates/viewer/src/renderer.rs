@@ -13,6 +13,7 @@
 
 mod bindings;
 mod frame;
+mod lighting;
 mod pictures;
 mod pipelines;
 mod uploaded;
@@ -28,6 +29,7 @@ use crate::software;
 use bindings::Layouts;
 use glam::{Vec3, Vec4};
 use image::RgbaImage;
+use lighting::Lighting;
 use pictures::{Canvas, Samplers};
 use pipelines::Pipelines;
 use rayon::prelude::*;
@@ -41,6 +43,8 @@ pub struct Renderer {
     /// For targets with one sample per pixel, and with several.
     pipelines: [Pipelines; 2],
     compute: pipelines::Compute,
+    casting: pipelines::Casting,
+    shadow_maps: lighting::Cache,
 }
 
 /// Buffers that a picture of some size is drawn in.
@@ -59,7 +63,9 @@ impl Renderer {
         let layouts = Layouts::new(&gpu.device);
         let pipelines = [1, gpu.samples].map(|samples| Pipelines::new(&gpu.device, &layouts, samples));
         let compute = pipelines::Compute::new(&gpu.device, &layouts);
-        Self { samplers: Samplers::new(&gpu.device), layouts, pipelines, compute, gpu }
+        let casting = pipelines::Casting::new(&gpu.device, &layouts);
+        let samplers = Samplers::new(&gpu.device);
+        Self { samplers, layouts, pipelines, compute, casting, shadow_maps: <_>::default(), gpu }
     }
 
     /// The device.
@@ -93,10 +99,13 @@ impl Renderer {
         self.gpu.queue.write_buffer(&uploaded.frame, 0, bytemuck::bytes_of(&frame));
         self.write_displacement(uploaded, scene, &settings.displace);
         let textures = uploaded.texture_bindings(device, &self.layouts, &self.samplers, settings);
+        let aspect = target.size.width as f32 / target.size.height as f32;
+        let lighting = Lighting::new(&self.gpu, &self.layouts, &self.shadow_maps, uploaded, scene, settings, aspect);
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         if derives_normals(scene, settings) {
             self.compute.run(&mut encoder, uploaded, pipelines::Result::Normals);
         }
+        self.casting.run(&mut encoder, uploaded, &lighting, settings.shadow.casters);
         let (attachment, resolve_target) = match &target.colour {
             Some(colour) => (colour, Some(view)),
             None => (view, None),
@@ -120,14 +129,21 @@ impl Renderer {
                 depth_stencil_attachment: Some(depth),
                 ..wgpu::RenderPassDescriptor::default()
             });
-            pass.set_bind_group(0, &uploaded.frame_bindings, &[]);
-            pass.set_pipeline(&pipelines.background);
+            pass.set_bind_group(0, &lighting.frame_bindings, &[]);
+            pass.set_pipeline(if lighting.shows_map { &pipelines.shadow_view } else { &pipelines.background });
             pass.draw(0..3, 0..1);
             pass.set_bind_group(1, &uploaded.map_bindings, &[]);
             pass.set_bind_group(2, &uploaded.surface_bindings, &[]);
             pass.set_bind_group(3, &textures, &[]);
-            pass.set_pipeline(&pipelines.mesh);
-            pass.draw(0..uploaded.corner_count, 0..1);
+            if !lighting.shows_map {
+                pass.set_pipeline(&pipelines.mesh);
+                pass.draw(0..uploaded.corner_count, 0..1);
+                // Last, because its rim lets the background through.
+                if lighting.has_ground {
+                    pass.set_pipeline(&pipelines.ground);
+                    pass.draw(0..4, 0..1);
+                }
+            }
         }
         self.gpu.queue.submit([encoder.finish()]);
     }

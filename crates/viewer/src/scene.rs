@@ -1,5 +1,6 @@
 //! What is drawn: one triangle mesh, ready for f32, and the map that displaces it.
 
+use crate::environment::Environment;
 use crate::relief::Relief;
 use crate::texture::Texture;
 use glam::{Vec2, Vec3};
@@ -68,6 +69,8 @@ pub struct Scene {
     pub normal_map: Option<Texture>,
     /// What moves the vertices.
     pub relief: Option<Relief>,
+    /// What is all around.
+    pub environment: Option<Environment>,
 }
 
 /// Why arrays are not a mesh.
@@ -118,7 +121,14 @@ impl Scene {
             Some(scalars) if scalars.len() != expected => {
                 Err(SceneError::ScalarCount { found: scalars.len(), expected })
             }
-            _ => Ok(Self { bounds: bounds(&mesh), mesh, texture: None, normal_map: None, relief: None }),
+            _ => Ok(Self {
+                bounds: bounds(&mesh),
+                mesh,
+                texture: None,
+                normal_map: None,
+                relief: None,
+                environment: None,
+            }),
         }
     }
 
@@ -130,6 +140,13 @@ impl Scene {
     /// A sphere about all triangles (about the middle of their box; not the smallest one).
     pub fn bounds(&self) -> Sphere {
         self.bounds
+    }
+
+    /// How high the lowest vertex of a triangle is along an axis; zero without triangles.
+    pub fn lowest(&self, up: Vec3) -> f32 {
+        let heights =
+            self.mesh.triangles.iter().flat_map(|t| t.positions).map(|i| self.mesh.positions[i as usize].dot(up));
+        heights.reduce(f32::min).unwrap_or(0.0)
     }
 }
 

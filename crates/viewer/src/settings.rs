@@ -3,7 +3,10 @@
 
 use crate::camera::{Camera, Projection};
 use crate::colour::Colour;
+use crate::environment::Surroundings;
+use crate::ground::Ground;
 use crate::lights::{Ambient, Light, LightKind, MAX_LIGHTS};
+use crate::shadow::Shadow;
 use clap::ValueEnum;
 use planish_geometry::colormap::Colormap;
 use serde::{Deserialize, Serialize};
@@ -26,6 +29,7 @@ macro_rules! named {
         }
     };
 }
+pub(crate) use named;
 
 /// All that a picture depends on, beside the scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -49,10 +53,16 @@ pub struct Settings {
     pub material: Material,
     /// At most [`MAX_LIGHTS`].
     pub lights: Vec<Light>,
+    /// How they cast shadows.
+    pub shadow: Shadow,
+    /// Under the model.
+    pub ground: Ground,
     /// Light from everywhere.
     pub ambient: Ambient,
     /// Behind the model.
     pub background: Background,
+    /// Instead of both: a landscape all around.
+    pub environment: Option<Surroundings>,
     /// For [`Shading::Checker`].
     pub checker: Checker,
     /// For [`Shading::Height`] and [`Shading::Heat`].
@@ -71,8 +81,11 @@ impl Default for Settings {
             sampling: Sampling::default(),
             material: Material::default(),
             lights: Light::key_and_fill(),
+            shadow: Shadow::default(),
+            ground: Ground::default(),
             ambient: Ambient::default(),
             background: Background::default(),
+            environment: None,
             checker: Checker::default(),
             heat: Heat::default(),
         }
@@ -350,10 +363,18 @@ impl Settings {
             (self.heat.range.is_none_or(ordered), "heat.range", "finite and ascending"),
             ((0.0..=1.0).contains(&self.heat.relief), "heat.relief", "0..1"),
         ];
-        match rules.into_iter().find(|(holds, ..)| !holds) {
-            Some((_, name, expected)) => Err(SettingsError::OutOfRange { name, expected }),
-            None => Ok(()),
-        }
+        require(&rules)?;
+        self.shadow.check()?;
+        self.ground.check()?;
+        self.environment.as_ref().map_or(Ok(()), Surroundings::check)
+    }
+}
+
+/// Refuses by name what breaks the first rule that does not hold: (holds, field, what it may be).
+pub(crate) fn require(rules: &[(bool, &'static str, &'static str)]) -> Result<(), SettingsError> {
+    match rules.iter().find(|(holds, ..)| !holds) {
+        Some(&(_, name, expected)) => Err(SettingsError::OutOfRange { name, expected }),
+        None => Ok(()),
     }
 }
 
@@ -392,6 +413,11 @@ mod tests {
             (r#"{ "size": { "width": 0, "height": 9 } }"#, "size.width"),
             (r#"{ "supersampling": 99 }"#, "supersampling"),
             (r#"{ "camera": { "projection": { "perspective": { "field_of_view": 180 } } } }"#, "field_of_view"),
+            (r#"{ "shadow": { "kernel": 4 } }"#, "shadow.kernel"),
+            (r#"{ "shadow": { "filter": "soft" } }"#, "soft"),
+            (r#"{ "ground": { "size": 0 } }"#, "ground.size"),
+            (r#"{ "environment": { "roughness": 2 } }"#, "environment.roughness"),
+            (r#"{ "environment": { "source": "moon" } }"#, "moon"),
             (r#"{ "heat": { "range": { "low": 1, "high": 1 } } }"#, "heat.range"),
             (r#"{ "material": { "colour": "red" } }"#, "red"),
         ] {

@@ -1,6 +1,7 @@
 //! The only file that reads `shaders/`.
 
 use crate::settings::{Normals, Overlay, Sampling, Shading};
+use crate::shadow::{Filter, Outside};
 use clap::ValueEnum;
 use std::fmt::Write as _;
 
@@ -21,25 +22,43 @@ pub enum Program {
     Mesh,
     /// Where the vertices go, and the normals there.
     Normals,
+    /// What a light sees of the displaced surface.
+    Shadow,
+    /// A shadow map itself.
+    ShadowView,
+    /// The plane under the model.
+    Ground,
 }
 
 impl Program {
     /// Every program, for tests.
-    pub const ALL: [Self; 4] = [Self::Displace, Self::Background, Self::Mesh, Self::Normals];
+    pub const ALL: [Self; 7] =
+        [Self::Displace, Self::Background, Self::Mesh, Self::Normals, Self::Shadow, Self::ShadowView, Self::Ground];
 
     fn parts(self) -> &'static [&'static str] {
         match self {
             Self::Displace => &[wgsl!("displace.wgsl")],
-            Self::Background => &[wgsl!("frame.wgsl"), wgsl!("background.wgsl")],
+            Self::Background => &[wgsl!("frame.wgsl"), wgsl!("environment.wgsl"), wgsl!("background.wgsl")],
             Self::Mesh => &[
                 wgsl!("frame.wgsl"),
                 wgsl!("displace.wgsl"),
                 wgsl!("surface.wgsl"),
+                wgsl!("shadow.wgsl"),
+                wgsl!("environment.wgsl"),
                 wgsl!("light.wgsl"),
                 wgsl!("textures.wgsl"),
                 wgsl!("mesh.wgsl"),
             ],
             Self::Normals => &[wgsl!("displace.wgsl"), wgsl!("surface.wgsl"), wgsl!("normals.wgsl")],
+            Self::Shadow => &[wgsl!("displace.wgsl"), wgsl!("surface.wgsl"), wgsl!("shadow_map.wgsl")],
+            Self::ShadowView => &[wgsl!("frame.wgsl"), wgsl!("shadow.wgsl"), wgsl!("shadow_view.wgsl")],
+            Self::Ground => &[
+                wgsl!("frame.wgsl"),
+                wgsl!("shadow.wgsl"),
+                wgsl!("environment.wgsl"),
+                wgsl!("light.wgsl"),
+                wgsl!("ground.wgsl"),
+            ],
         }
     }
 }
@@ -52,6 +71,10 @@ pub fn source(program: Program) -> String {
         constants(&mut text, "NORMALS", Normals::ALL);
         constants(&mut text, "OVERLAY", Overlay::ALL);
         constants(&mut text, "SAMPLING", Sampling::ALL);
+    }
+    if matches!(program, Program::Mesh | Program::ShadowView | Program::Ground) {
+        constants(&mut text, "FILTER", Filter::ALL);
+        constants(&mut text, "OUTSIDE", Outside::ALL);
     }
     text
 }

@@ -2,7 +2,8 @@
 
 use super::derives_normals;
 use crate::gpu_types::{Displacement, Frame, Light};
-use crate::lights::Lamp;
+use crate::ground;
+use crate::lights::{Lamp, lamps};
 use crate::relief::Relief;
 use crate::scene::Scene;
 use crate::settings::{Displace, Normals, Overlay, Sampling, Settings, Shading, Size};
@@ -12,7 +13,7 @@ use planish_geometry::displacement::MapKind;
 
 /// `scale`: pixels drawn for each pixel of the picture.
 pub(super) fn frame(scene: &Scene, settings: &Settings, size: Size, scale: f32) -> Frame {
-    let view = settings.camera.view(scene.bounds(), size.width as f32 / size.height as f32);
+    let view = ground::view(scene, settings, size.width as f32 / size.height as f32);
     let mut frame = Frame {
         clip_from_world: view.clip_from_world,
         world_from_view: Mat4::from_mat3(view.world_from_view),
@@ -46,8 +47,8 @@ pub(super) fn frame(scene: &Scene, settings: &Settings, size: Size, scale: f32) 
     // HAS_TEXTURE, HAS_NORMAL_MAP, HAS_HEIGHTS_IN_UV
     let has = [scene.texture.is_some(), scene.normal_map.is_some(), scene.relief.as_ref().is_some_and(Relief::in_uv)];
     frame.has = (0..).zip(has).map(|(bit, has)| u32::from(has) << bit).sum();
-    for (slot, light) in frame.lights.iter_mut().zip(&settings.lights) {
-        let Lamp { place, radiance, axis, cos_outer, cos_inner } = light.lamp(&view, scene.bounds());
+    for (slot, lamp) in frame.lights.iter_mut().zip(lamps(scene, settings, &view)) {
+        let Lamp { place, radiance, axis, cos_outer, cos_inner } = lamp;
         *slot = Light { place, radiance, cos_outer, axis, cos_inner };
     }
     frame
@@ -73,6 +74,6 @@ pub(super) fn displacement(scene: &Scene, displace: &Displace) -> Displacement {
 }
 
 /// Place of a choice in the list of all.
-fn number<T: PartialEq + Copy>(all: &[T], one: T) -> u32 {
+pub(super) fn number<T: PartialEq + Copy>(all: &[T], one: T) -> u32 {
     all.iter().position(|other| *other == one).unwrap_or(0) as u32
 }

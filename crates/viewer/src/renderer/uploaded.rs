@@ -1,6 +1,7 @@
 //! A scene on the device.
 
 use super::bindings::{Layouts, bind};
+use super::lighting;
 use super::pictures::{self, Samplers};
 use crate::gpu::Gpu;
 use crate::gpu_types::{Displacement, Frame};
@@ -21,12 +22,13 @@ pub struct Uploaded {
     pub(super) frame: wgpu::Buffer,
     pub(super) displacement: wgpu::Buffer,
     pub(super) places: wgpu::Buffer,
-    pub(super) frame_bindings: wgpu::BindGroup,
     pub(super) map_bindings: wgpu::BindGroup,
     pub(super) surface_bindings: wgpu::BindGroup,
     /// The same without the normals that are being computed.
     pub(super) computed_surface_bindings: wgpu::BindGroup,
     pub(super) result_bindings: wgpu::BindGroup,
+    pub(super) environment: wgpu::TextureView,
+    pub(super) environment_sampler: wgpu::Sampler,
     texture: wgpu::TextureView,
     normal_map: wgpu::TextureView,
     /// In the order of [`Colormap::ALL`].
@@ -69,7 +71,6 @@ impl Uploaded {
         Self {
             corner_count: mesh.corners.len() as u32,
             vertex_count: mesh.vertices.len() as u32,
-            frame_bindings: group(&layouts.frame, &[frame.as_entire_binding()]),
             map_bindings: group(
                 &layouts.map,
                 &[wgpu::BindingResource::TextureView(&height_map), displacement.as_entire_binding()],
@@ -83,6 +84,8 @@ impl Uploaded {
             frame,
             displacement,
             places,
+            environment: lighting::environment_map(gpu, scene),
+            environment_sampler: pictures::smooth_sampler(device),
             texture: texture(&scene.texture),
             normal_map: texture(&scene.normal_map),
             heat_maps: Colormap::ALL.iter().map(|map| pictures::row(gpu, &texels(*map))).collect(),

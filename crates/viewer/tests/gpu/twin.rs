@@ -1,5 +1,6 @@
 //! The GPU and the renderer on the processor draw the same pictures.
 
+use crate::golden::shadows;
 use crate::support::{duck, no_complaints, renderer, small};
 use image::RgbaImage;
 use planish_viewer::gpu::Backend;
@@ -78,6 +79,21 @@ fn overlays_lights_and_samplings() {
     }
     for (what, settings) in all {
         agree(&scene, &settings, &renderer.image_of(&uploaded, &scene, &settings), &what);
+    }
+    no_complaints(&renderer);
+}
+
+#[test]
+fn shadows_on_the_ground_and_on_the_surface() {
+    let renderer = renderer(Backend::Vulkan);
+    let scene = duck().scene();
+    let uploaded = renderer.upload(&scene);
+    for (what, settings) in shadows() {
+        // A map itself is for graphics adapters; acne is what rounding makes of it.
+        if settings.shadow.show_map.is_none() && settings.shadow.least_bias > 0.0 {
+            let settings = Settings { supersampling: 3, ..settings };
+            agree(&scene, &settings, &renderer.image_of(&uploaded, &scene, &settings), &what);
+        }
     }
     no_complaints(&renderer);
 }
