@@ -49,15 +49,17 @@ struct Frame {
     line_width: f32,
     // How much of the normal map shows.
     normal_strength: f32,
-    colormap: u32,
+    _pad: f32,
+    vein_colour: vec3f,
+    // Per world unit.
+    vein_frequency: f32,
     lights: array<Light, 4>,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 
-const HAS_TEXTURE = 1u;
-const HAS_NORMAL_MAP = 2u;
-const HAS_HEIGHTS_IN_UV = 4u;
+const HAS_NORMAL_MAP = 1u;
+const HAS_HEIGHTS_IN_UV = 2u;
 
 /// Unit vector to the eye.
 fn to_eye(position: vec3f) -> vec3f {

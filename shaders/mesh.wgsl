@@ -17,6 +17,9 @@ struct Corner {
     @location(11) @interpolate(flat) sides: u32,
 }
 
+/// Above the sides: the triangle has a texture.
+const TEXTURED = 64u;
+
 /// With `SHADING_BUMP` the slope of the heights is seen, and so the vertices stay.
 fn place(v: Vertex) -> vec3f {
     if frame.shading == SHADING_BUMP {
@@ -53,6 +56,7 @@ fn vs_mesh(@builtin(vertex_index) corner: u32) -> Corner {
     out.has = vec2f(v.has_number, wedge.has_uv);
     out.barycentric = select(vec3f(0.0), vec3f(1.0), vec3u(0u, 1u, 2u) == vec3u(k));
     out.sides = side_of(first) | (side_of(first + 1u) << 2u) | (side_of(first + 2u) << 4u);
+    out.sides |= select(0u, TEXTURED, is_textured(first));
 
     let ring = array(wedges[wedge_of(first)], wedges[wedge_of(first + 1u)], wedges[wedge_of(first + 2u)]);
     let a = place(vertices[ring[0].vertex]);
@@ -157,8 +161,12 @@ fn fs_mesh(in: Corner, @builtin(front_facing) front: bool) -> @location(0) vec4f
             colour = lit(base, in.position, normal);
         }
         case SHADING_TEXTURE: {
-            let textured = (frame.has & HAS_TEXTURE) != 0u && has_uv;
+            let textured = (in.sides & TEXTURED) != 0u && has_uv;
             let base = select(frame.base_colour, colour_at(in.uv, duv_dx, duv_dy), textured);
+            colour = lit(base, in.position, normal);
+        }
+        case SHADING_MARBLE: {
+            let base = mix(frame.base_colour, frame.vein_colour, vein(frame.vein_frequency * in.position));
             colour = lit(base, in.position, normal);
         }
         default: {

@@ -29,7 +29,7 @@ struct Wedge {
 
 @group(2) @binding(0) var<storage, read> vertices: array<Vertex>;
 @group(2) @binding(1) var<storage, read> wedges: array<Wedge>;
-// Three a triangle: the wedge, and above it what lies along the side to the next corner.
+// Three a triangle: the wedge, above it what lies along the side to the next corner, and whether the triangle has a texture.
 @group(2) @binding(2) var<storage, read> corners: array<u32>;
 // Of the displaced surface, from `cs_normals`.
 @group(2) @binding(3) var<storage, read> derived_normals: array<vec4f>;
@@ -46,7 +46,11 @@ fn wedge_of(corner: u32) -> u32 {
 }
 
 fn side_of(corner: u32) -> u32 {
-    return corners[corner] >> WEDGE_BITS;
+    return (corners[corner] >> WEDGE_BITS) & 3u;
+}
+
+fn is_textured(corner: u32) -> bool {
+    return (corners[corner] >> (WEDGE_BITS + 2u)) != 0u;
 }
 
 /// What the map says at a vertex, model units: the height in x, or a vector.

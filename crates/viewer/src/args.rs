@@ -1,7 +1,8 @@
 //! The command line.
 
 use crate::headless::Failure;
-use clap::Parser;
+use clap::{Parser, ValueEnum};
+use planish_geometry::metrics::Heat;
 use planish_viewer::environment::file::Source;
 use planish_viewer::gpu::Backend;
 use planish_viewer::ground::Show;
@@ -72,6 +73,14 @@ pub(crate) struct Args {
     #[arg(long, value_name = "IN.txt")]
     pub(crate) scalars: Option<PathBuf>,
 
+    /// A clean mesh with the same faces: a heat map shows how far off the picture's surface is.
+    #[arg(long, value_name = "CLEAN.obj", conflicts_with = "scalars")]
+    pub(crate) clean: Option<PathBuf>,
+
+    /// Which error --clean shows: to the clean surface in mean edge lengths, or of the normals in degrees.
+    #[arg(long, value_enum, default_value = "distance", requires = "clean")]
+    pub(crate) error: ErrorKind,
+
     /// Pixels.
     #[arg(long, value_name = "WxH")]
     size: Option<Size>,
@@ -107,6 +116,24 @@ pub(crate) struct Args {
     /// Camera: degrees above the horizon.
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
     pitch: Option<f32>,
+}
+
+/// An error that each vertex has.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum ErrorKind {
+    /// To the clean surface.
+    Distance,
+    /// Of the normals.
+    Angle,
+}
+
+impl From<ErrorKind> for Heat {
+    fn from(kind: ErrorKind) -> Self {
+        match kind {
+            ErrorKind::Distance => Self::Distance,
+            ErrorKind::Angle => Self::Angle,
+        }
+    }
 }
 
 impl Args {

@@ -44,7 +44,9 @@ pub(crate) struct Frame {
     pub(crate) has: u32,
     pub(crate) line_width: f32,
     pub(crate) normal_strength: f32,
-    pub(crate) colormap: u32,
+    pub(crate) _pad: f32,
+    pub(crate) vein_colour: Vec3,
+    pub(crate) vein_frequency: f32,
     pub(crate) lights: [Light; crate::lights::MAX_LIGHTS],
 }
 
@@ -215,7 +217,9 @@ mod tests {
                 has,
                 line_width,
                 normal_strength,
-                colormap,
+                _pad,
+                vein_colour,
+                vein_frequency,
                 lights
             }
         );

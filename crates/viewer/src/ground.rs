@@ -99,19 +99,18 @@ impl Disc {
     }
 }
 
-/// The eye of a picture: its view reaches to the rim of the ground.
+/// The eye of a picture: its view reaches around the displaced surface and to the rim of the ground.
 pub(crate) fn view(scene: &Scene, settings: &Settings, aspect: f32) -> View {
     let (up, _) = settings.camera.axes();
     let bounds = scene.bounds();
     let rim = floor(scene, settings, up).map_or(0.0, |floor| floor.height.hypot(settings.ground.size * bounds.radius));
-    settings.camera.view_reaching(bounds, aspect, rim)
+    settings.camera.view_reaching(bounds, aspect, rim.max(scene.displaced_bounds(settings).radius))
 }
 
 /// The plane on which the model stands; none where the settings want none.
 pub(crate) fn floor(scene: &Scene, settings: &Settings, up: Vec3) -> Option<Floor> {
     let ground = settings.ground;
     let bounds = scene.bounds();
-    let lowest = scene.lowest(up);
-    (ground.show != Show::Nothing)
-        .then(|| Floor { up, height: bounds.centre.dot(up) - lowest + ground.gap * bounds.radius })
+    let height = bounds.centre.dot(up) - scene.lowest(up) + ground.gap * bounds.radius;
+    (ground.show != Show::Nothing).then_some(Floor { up, height })
 }

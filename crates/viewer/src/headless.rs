@@ -2,12 +2,17 @@
 
 use crate::args::Args;
 use image::{ImageFormat, RgbaImage};
+use planish_geometry::colormap::Colormap;
+use planish_geometry::metrics::Triangles;
+use planish_geometry::obj::Obj;
 use planish_geometry::progress::Silent;
+use planish_viewer::errors;
 use planish_viewer::gpu::{Backend, Gpu, NoGpu};
 use planish_viewer::open::{self, BadFile, Opened};
+use planish_viewer::painter::Painter;
 use planish_viewer::renderer::Renderer;
 use planish_viewer::scene::Scene;
-use planish_viewer::settings::{Settings, Shading};
+use planish_viewer::settings::{Heat, Settings, Shading};
 use planish_viewer::software;
 use std::io::{Cursor, Write as _};
 use std::path::{Path, PathBuf};
@@ -53,21 +58,33 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     };
     let mut settings = args.override_settings(settings);
     settings.check().map_err(|e| Failure::Usage(e.to_string()))?;
-    if settings.shading == Shading::Heat && args.scalars.is_none() {
-        return Err(Failure::Usage("heat shading needs numbers: --scalars IN.txt".to_owned()));
+    if settings.shading == Shading::Heat && args.scalars.is_none() && args.clean.is_none() {
+        return Err(Failure::Usage("heat shading needs numbers: --scalars IN.txt or --clean CLEAN.obj".to_owned()));
     }
-    let Opened { scene, manifest, .. } = open::open(&args.files()?, &settings, &Silent)?;
+    let Opened { model, mut scene, manifest, warnings, .. } = open::open(&args.files()?, &settings, &Silent)?;
+    warnings.iter().for_each(|text| warn(text));
     // What is not said is what the files say.
     if let Some(manifest) = manifest.filter(|_| args.settings.is_none() && args.lambda.is_none()) {
         settings.displace.lambda = manifest.displacement.lambda as f32;
     }
-    if scene.texture.is_some() && args.settings.is_none() && args.shading.is_none() {
+    if !scene.textures.all().is_empty() && args.settings.is_none() && args.shading.is_none() {
         settings.shading = Shading::Texture;
+    }
+    if let Some(path) = &args.clean {
+        let bad = |reason: &dyn ToString| BadFile { path: path.clone(), reason: reason.to_string() };
+        let clean = Triangles::from(&Obj::parse(open::read(path)?).map_err(|e| bad(&e))?);
+        let errors = errors::errors(&model, &scene, &settings.displace, &clean, args.error.into());
+        let errors = errors.map_err(|e| bad(&e))?;
+        if args.settings.is_none() {
+            settings.heat = Heat { map: Colormap::Sequential, range: Some(errors::range(&errors)), ..settings.heat };
+            settings.shading = args.shading.unwrap_or(Shading::Heat);
+        }
+        scene.set_scalars(errors).map_err(|e| bad(&e))?;
     }
 
     let mut png = Cursor::new(Vec::new());
     let failed = |reason: String| Failure::Output { path: output.to_owned(), reason };
-    let picture = draw(&scene, &settings, args.backend)?;
+    let picture = draw(scene, &settings, args.backend)?;
     picture.write_to(&mut png, ImageFormat::Png).map_err(|e| failed(e.to_string()))?;
     write(output, png.get_ref())?;
     if let Some(path) = &args.save_settings {
@@ -76,22 +93,22 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-fn draw(scene: &Scene, settings: &Settings, backend: Backend) -> Result<RgbaImage, Failure> {
-    if backend == Backend::Software {
-        return Ok(software::render(scene, settings));
+fn draw(scene: Scene, settings: &Settings, backend: Backend) -> Result<RgbaImage, Failure> {
+    let renderer = match backend {
+        Backend::Software => None,
+        _ => match Gpu::open(backend) {
+            Ok(gpu) => Some(Renderer::new(gpu)),
+            Err(NoGpu::NoAdapter { .. }) if backend == Backend::Auto => None,
+            Err(e) => return Err(e.into()),
+        },
+    };
+    let Some(renderer) = renderer else { return Ok(software::render(&scene, settings)) };
+    let mut painter = Painter::new(backend, renderer, scene);
+    let picture = painter.picture(settings)?;
+    for complaint in painter.renderer().gpu().complaints() {
+        warn(&complaint);
     }
-    match Gpu::open(backend) {
-        Ok(gpu) => {
-            let renderer = Renderer::new(gpu);
-            let picture = renderer.image(scene, settings);
-            for complaint in renderer.gpu().complaints() {
-                warn(&complaint);
-            }
-            Ok(picture)
-        }
-        Err(NoGpu::NoAdapter { .. }) if backend == Backend::Auto => Ok(software::render(scene, settings)),
-        Err(e) => Err(e.into()),
-    }
+    Ok(picture)
 }
 
 /// If nobody listens, the picture is there all the same.

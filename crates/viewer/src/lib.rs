@@ -23,12 +23,15 @@
 pub mod camera;
 pub mod colour;
 pub mod environment;
+pub mod errors;
 pub mod gpu;
 mod gpu_types;
 pub mod ground;
 pub mod input;
 pub mod lights;
+mod noise;
 pub mod open;
+pub mod painter;
 pub mod relief;
 mod render_mesh;
 pub mod renderer;

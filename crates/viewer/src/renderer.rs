@@ -98,7 +98,8 @@ impl Renderer {
         let frame = frame::frame(scene, settings, target.size, self.scale(settings, target));
         self.gpu.queue.write_buffer(&uploaded.frame, 0, bytemuck::bytes_of(&frame));
         self.write_displacement(uploaded, scene, &settings.displace);
-        let textures = uploaded.texture_bindings(device, &self.layouts, &self.samplers, settings);
+        let textures = |run| uploaded.texture_bindings(device, &self.layouts, &self.samplers, settings, run);
+        let runs: Vec<_> = uploaded.runs.iter().map(|run| (run.corners.clone(), textures(run))).collect();
         let aspect = target.size.width as f32 / target.size.height as f32;
         let lighting = Lighting::new(&self.gpu, &self.layouts, &self.shadow_maps, uploaded, scene, settings, aspect);
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -134,10 +135,12 @@ impl Renderer {
             pass.draw(0..3, 0..1);
             pass.set_bind_group(1, &uploaded.map_bindings, &[]);
             pass.set_bind_group(2, &uploaded.surface_bindings, &[]);
-            pass.set_bind_group(3, &textures, &[]);
             if !lighting.shows_map {
                 pass.set_pipeline(&pipelines.mesh);
-                pass.draw(0..uploaded.corner_count, 0..1);
+                for (corners, textures) in runs {
+                    pass.set_bind_group(3, &textures, &[]);
+                    pass.draw(corners, 0..1);
+                }
                 // Last, because its rim lets the background through.
                 if lighting.has_ground {
                     pass.set_pipeline(&pipelines.ground);

@@ -65,6 +65,8 @@ pub struct Settings {
     pub environment: Option<Surroundings>,
     /// For [`Shading::Checker`].
     pub checker: Checker,
+    /// For [`Shading::Marble`].
+    pub marble: Marble,
     /// For [`Shading::Height`] and [`Shading::Heat`].
     pub heat: Heat,
 }
@@ -87,6 +89,7 @@ impl Default for Settings {
             background: Background::default(),
             environment: None,
             checker: Checker::default(),
+            marble: Marble::default(),
             heat: Heat::default(),
         }
     }
@@ -173,6 +176,8 @@ pub enum Shading {
     Normals,
     /// A chequered texture: shows how the texture coordinates stretch.
     Checker,
+    /// The same with veins of noise in three dimensions: a texture that needs no texture coordinates (Perlin 1985).
+    Marble,
     /// The heights of the map, or the lengths of its vectors.
     Height,
     /// A number per vertex through a colour map: how far off each is, say.
@@ -260,6 +265,22 @@ pub struct Checker {
 impl Default for Checker {
     fn default() -> Self {
         Self { squares: 32.0, light: Colour::hex(0xf2efe9), dark: Colour::hex(0x5b7f95) }
+    }
+}
+
+/// Veins in a stone of the material's colour.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Marble {
+    /// Cells of the noise along a radius of the model's bounding sphere.
+    pub frequency: f32,
+    /// Of the veins.
+    pub colour: Colour,
+}
+
+impl Default for Marble {
+    fn default() -> Self {
+        Self { frequency: 2.5, colour: Colour::hex(0x4a4038) }
     }
 }
 
@@ -360,6 +381,7 @@ impl Settings {
             ),
             (amount(self.ambient.intensity), "ambient.intensity", "0..1000"),
             ((0.0..=1e5).contains(&self.checker.squares), "checker.squares", "0..100000"),
+            ((0.0..=1e5).contains(&self.marble.frequency), "marble.frequency", "0..100000"),
             (self.heat.range.is_none_or(ordered), "heat.range", "finite and ascending"),
             ((0.0..=1.0).contains(&self.heat.relief), "heat.relief", "0..1"),
         ];

@@ -47,6 +47,7 @@ impl Program {
                 wgsl!("environment.wgsl"),
                 wgsl!("light.wgsl"),
                 wgsl!("textures.wgsl"),
+                wgsl!("noise.wgsl"),
                 wgsl!("mesh.wgsl"),
             ],
             Self::Normals => &[wgsl!("displace.wgsl"), wgsl!("surface.wgsl"), wgsl!("normals.wgsl")],

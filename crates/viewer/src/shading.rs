@@ -8,6 +8,7 @@ use crate::colour::linear_from_srgb;
 use crate::environment::Around;
 use crate::ground::{Disc, Show};
 use crate::lights::{Lamp, lamps};
+use crate::noise::vein;
 use crate::relief::Relief;
 use crate::scene::{Scene, Side};
 use crate::settings::{Normals, Overlay, Range, Sampling, Settings, Shading};
@@ -24,6 +25,8 @@ pub(crate) const LINE_WIDTH: f32 = 1.2;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Fragment {
     pub(crate) position: Vec3,
+    /// Its triangle.
+    pub(crate) triangle: u32,
     /// Unit, of the triangle, outwards.
     pub(crate) face_normal: Vec3,
     /// Interpolated, outwards, not normalised.
@@ -94,6 +97,10 @@ impl<'a> Shader<'a> {
             Shading::Texture => self.lit(self.textured(fragment), position, normal),
             Shading::Clay => self.clay(plain, normal),
             Shading::Normals => (0.5 * outwards + 0.5).map(linear_from_srgb),
+            Shading::Marble => {
+                let vein = vein(marble_frequency(self.scene, self.settings) * position);
+                self.lit(plain.lerp(self.settings.marble.colour.linear(), vein), position, normal)
+            }
             Shading::Checker => self.lit(self.checker(fragment), position, normal),
             Shading::Height | Shading::Heat => {
                 let relief = self.settings.heat.relief;
@@ -216,8 +223,9 @@ impl<'a> Shader<'a> {
     }
 
     fn textured(&self, fragment: &Fragment) -> Vec3 {
-        match (&self.scene.texture, fragment.uv) {
-            (Some(texture), Some(uv)) => texture.at(uv, fragment.uv_steps, self.settings.sampling),
+        let textures = &self.scene.textures;
+        match (textures.of_triangle(fragment.triangle as usize), fragment.uv) {
+            (Some(i), Some(uv)) => textures.all()[i as usize].at(uv, fragment.uv_steps, self.settings.sampling),
             _ => self.settings.material.colour.linear(),
         }
     }
@@ -270,6 +278,11 @@ fn bumped(relief: &Relief, lift: f32, uv: Vec2, [dp_du, dp_dv]: [Vec3; 2], norma
     let det = normal.dot(dp_du.cross(dp_dv));
     let n = det * normal + slope.x * normal.cross(dp_dv) + slope.y * dp_du.cross(normal);
     if det == 0.0 { normal } else { n.normalize_or_zero() * det.signum() }
+}
+
+/// Cells of the noise per world unit.
+pub(crate) fn marble_frequency(scene: &Scene, settings: &Settings) -> f32 {
+    settings.marble.frequency / scene.bounds().radius.max(f32::MIN_POSITIVE.sqrt())
 }
 
 /// How much of the normal map shows; none where there is none or other normals are asked for.

@@ -160,8 +160,8 @@ pub(crate) const MAX_EYES: usize = 6 * MAX_LIGHTS;
 const FACE: f32 = 1.06;
 /// How far the nearest caster may be from a light that stands inside the model, radii.
 const NEAREST: f32 = 0.02;
-/// Displacement may move vertices out of the bounding sphere.
-const SLACK: f32 = 1.5;
+/// A little room about the bounding sphere, so that rounding does not cut the nearest vertex off.
+const SLACK: f32 = 1.05;
 /// Pictures are turned about their axis by so many radians: lavapipe 22.3 loses rectangles whose sides lie along those of a
 /// depth picture.
 const TURN: f32 = 0.02;
@@ -171,7 +171,8 @@ const LONGEST: f32 = 20.0;
 /// What each of the lights sees.
 pub(crate) fn eyes_of_lights(scene: &Scene, settings: &Settings, view: &View, lamps: &[Lamp]) -> Vec<Vec<Eye>> {
     let floor = ground::floor(scene, settings, view.up_in_world);
-    let eyes = |(light, lamp)| eyes(light, lamp, &settings.shadow, scene.bounds(), floor);
+    let bounds = scene.displaced_bounds(settings);
+    let eyes = |(light, lamp)| eyes(light, lamp, &settings.shadow, bounds, floor);
     settings.lights.iter().zip(lamps).map(eyes).collect()
 }
 

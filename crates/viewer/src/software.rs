@@ -190,6 +190,7 @@ impl<'a> Picture<'a> {
         let frames = self.mesh.tangents.get(index as usize);
         Fragment {
             position: blend(corners, weights),
+            triangle: index,
             face_normal,
             normal: blend(normals, weights),
             tangent: frames.map_or(Tangent::default(), |frames| Tangent {

@@ -7,7 +7,7 @@ use crate::lights::{Lamp, lamps};
 use crate::relief::Relief;
 use crate::scene::Scene;
 use crate::settings::{Displace, Normals, Overlay, Sampling, Settings, Shading, Size};
-use crate::shading::{LINE_WIDTH, heat_range, normal_map_strength};
+use crate::shading::{LINE_WIDTH, heat_range, marble_frequency, normal_map_strength};
 use glam::Mat4;
 use planish_geometry::displacement::MapKind;
 
@@ -34,6 +34,8 @@ pub(super) fn frame(scene: &Scene, settings: &Settings, size: Size, scale: f32) 
         sampling: number(Sampling::ALL, settings.sampling),
         background_bottom: settings.background.bottom.encoded(),
         normals: number(Normals::ALL, normals(scene, settings)),
+        vein_colour: settings.marble.colour.linear(),
+        vein_frequency: marble_frequency(scene, settings),
         heat_relief: settings.heat.relief,
         line_width: LINE_WIDTH * scale,
         normal_strength: normal_map_strength(scene, settings).unwrap_or(0.0),
@@ -44,8 +46,8 @@ pub(super) fn frame(scene: &Scene, settings: &Settings, size: Size, scale: f32) 
     {
         (frame.heat_low, frame.heat_high, frame.has_heat) = (range.low, range.high, 1);
     }
-    // HAS_TEXTURE, HAS_NORMAL_MAP, HAS_HEIGHTS_IN_UV
-    let has = [scene.texture.is_some(), scene.normal_map.is_some(), scene.relief.as_ref().is_some_and(Relief::in_uv)];
+    // HAS_NORMAL_MAP, HAS_HEIGHTS_IN_UV
+    let has = [scene.normal_map.is_some(), scene.relief.as_ref().is_some_and(Relief::in_uv)];
     frame.has = (0..).zip(has).map(|(bit, has)| u32::from(has) << bit).sum();
     for (slot, lamp) in frame.lights.iter_mut().zip(lamps(scene, settings, &view)) {
         let Lamp { place, radiance, axis, cos_outer, cos_inner } = lamp;

@@ -17,7 +17,6 @@ use bytemuck::Zeroable as _;
 use glam::{Mat4, Vec3};
 use std::sync::{Mutex, PoisonError};
 use wgpu::BufferUsages;
-use wgpu::util::{BufferInitDescriptor, DeviceExt as _};
 
 /// Depth pictures, one for each eye of the lights.
 #[derive(Clone, Debug)]
@@ -105,10 +104,7 @@ impl Lighting {
         let size = settings.shadow.size.min(device.limits().max_texture_dimension_2d);
         // There is always one, because something has to be bound.
         let maps = if count == 0 { cache.maps(gpu, 1, 1) } else { cache.maps(gpu, size, count as u32) };
-        let uniform = |bytes: &[u8]| {
-            let usage = BufferUsages::UNIFORM;
-            device.create_buffer_init(&BufferInitDescriptor { label: None, contents: bytes, usage })
-        };
+        let uniform = |bytes: &[u8]| gpu.filled(bytes, BufferUsages::UNIFORM);
         let stride = size_of::<Caster>().next_multiple_of(device.limits().min_uniform_buffer_offset_alignment as usize);
         let mut casters = vec![0; stride * count.max(1)];
         for (bytes, eye) in casters.chunks_exact_mut(stride).zip(&shadows.eyes[..count]) {

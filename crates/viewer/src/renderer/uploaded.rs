@@ -6,13 +6,12 @@ use super::pictures::{self, Samplers};
 use crate::gpu::Gpu;
 use crate::gpu_types::{Displacement, Frame};
 use crate::relief::Relief;
-use crate::render_mesh::RenderMesh;
+use crate::render_mesh::{RenderMesh, Run};
 use crate::scene::Scene;
 use crate::settings::Settings;
 use bytemuck::Pod;
 use planish_geometry::colormap::Colormap;
 use wgpu::BufferUsages;
-use wgpu::util::{BufferInitDescriptor, DeviceExt as _};
 
 /// Buffers and textures of a scene.
 #[derive(Debug)]
@@ -29,7 +28,11 @@ pub struct Uploaded {
     pub(super) result_bindings: wgpu::BindGroup,
     pub(super) environment: wgpu::TextureView,
     pub(super) environment_sampler: wgpu::Sampler,
-    texture: wgpu::TextureView,
+    /// What is drawn with which texture.
+    pub(super) runs: Vec<Run>,
+    textures: Vec<wgpu::TextureView>,
+    /// Where there is none.
+    plain: wgpu::TextureView,
     normal_map: wgpu::TextureView,
     /// In the order of [`Colormap::ALL`].
     heat_maps: Vec<wgpu::TextureView>,
@@ -39,13 +42,7 @@ impl Uploaded {
     pub(super) fn new(gpu: &Gpu, layouts: &Layouts, scene: &Scene) -> Self {
         let device = &gpu.device;
         let mesh = RenderMesh::new(scene);
-        let storage = |bytes: &[u8]| {
-            device.create_buffer_init(&BufferInitDescriptor {
-                label: None,
-                contents: bytes,
-                usage: BufferUsages::STORAGE,
-            })
-        };
+        let storage = |bytes: &[u8]| gpu.filled(bytes, BufferUsages::STORAGE);
         let buffer = |size, usage| {
             device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
         };
@@ -60,9 +57,8 @@ impl Uploaded {
         let height_map =
             scene.relief.as_ref().map_or_else(|| pictures::floats(gpu, [1, 1], 1, &[0.0]), |relief| map(gpu, relief));
         let group = |layout, resources: &[wgpu::BindingResource]| bind(device, layout, resources);
-        let texture = |texture: &Option<_>| {
-            texture.as_ref().map_or_else(|| pictures::plain(gpu, [u8::MAX; 4]), |t| pictures::uploaded(gpu, t))
-        };
+        let plain = pictures::plain(gpu, [u8::MAX; 4]);
+        let uploaded = |texture| pictures::uploaded(gpu, texture);
         let surface = [&vertices, &wedges, &corners].map(wgpu::Buffer::as_entire_binding);
         let with = |normals: &wgpu::Buffer| {
             let [a, b, c] = surface.clone();
@@ -86,23 +82,28 @@ impl Uploaded {
             places,
             environment: lighting::environment_map(gpu, scene),
             environment_sampler: pictures::smooth_sampler(device),
-            texture: texture(&scene.texture),
-            normal_map: texture(&scene.normal_map),
+            runs: mesh.runs,
+            textures: scene.textures.all().iter().map(uploaded).collect(),
+            normal_map: scene.normal_map.as_ref().map_or_else(|| plain.clone(), uploaded),
+            plain,
             heat_maps: Colormap::ALL.iter().map(|map| pictures::row(gpu, &texels(*map))).collect(),
         }
     }
 
+    /// For a run.
     pub(super) fn texture_bindings(
         &self,
         device: &wgpu::Device,
         layouts: &Layouts,
         samplers: &Samplers,
         settings: &Settings,
+        run: &Run,
     ) -> wgpu::BindGroup {
+        let texture = run.texture.map_or(&self.plain, |i| &self.textures[i as usize]);
         let heat_map = Colormap::ALL.iter().position(|map| *map == settings.heat.map).unwrap_or(0);
         let view = wgpu::BindingResource::TextureView;
         let sampler = wgpu::BindingResource::Sampler(samplers.of(settings.sampling));
-        let resources = [view(&self.texture), sampler, view(&self.normal_map), view(&self.heat_maps[heat_map])];
+        let resources = [view(texture), sampler, view(&self.normal_map), view(&self.heat_maps[heat_map])];
         bind(device, &layouts.textures, &resources)
     }
 }

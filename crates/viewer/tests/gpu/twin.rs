@@ -8,6 +8,7 @@ use planish_viewer::lights::{Light, LightKind};
 use planish_viewer::scene::Scene;
 use planish_viewer::settings::{Normals, Overlay, Sampling, Settings, Shading};
 use planish_viewer::software;
+use planish_viewer::texture::{Content, Texture, Textures};
 
 /// Mean of the absolute differences, and the difference that a thousandth exceeds; bytes.
 const MEAN: f64 = 1.0;
@@ -80,6 +81,22 @@ fn overlays_lights_and_samplings() {
     for (what, settings) in all {
         agree(&scene, &settings, &renderer.image_of(&uploaded, &scene, &settings), &what);
     }
+    no_complaints(&renderer);
+}
+
+#[test]
+fn triangles_have_their_own_textures_or_none() {
+    let renderer = renderer(Backend::Vulkan);
+    let mut scene = duck().scene();
+    let blue = Texture::new(RgbaImage::from_pixel(2, 2, image::Rgba([40, 60, 200, 255])), Content::Colour).unwrap();
+    let all = vec![blue, scene.textures.all()[0].clone()];
+    let bands = (0..scene.mesh().triangles.len()).map(|t| [Some(1), None, Some(0)][t / 40 % 3]).collect();
+    scene.textures = Textures::by_triangle(all, bands).unwrap();
+    let settings = Settings { shading: Shading::Texture, ..settings() };
+    let image = renderer.image(&scene, &settings);
+    agree(&scene, &settings, &image, "bands");
+    let bluish = image.pixels().filter(|p| u16::from(p.0[2]) > 2 * u16::from(p.0[0])).count();
+    assert!(bluish > image.pixels().len() / 50, "{bluish}");
     no_complaints(&renderer);
 }
 
