@@ -83,7 +83,7 @@ impl Gpu {
     /// Opens a device without a window.
     pub fn open(backend: Backend) -> Result<Self, NoGpu> {
         if backend == Backend::Auto {
-            // OpenGL is a last resort, and its drivers complain on standard error where there is no desktop.
+            // Drivers of OpenGL are loaded only where there is nothing better.
             return Self::open(Backend::Vulkan).or_else(|_| Self::open(Backend::Gl));
         }
         let instance = instance(backend);
