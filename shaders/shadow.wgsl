@@ -21,17 +21,13 @@ struct Shadows {
     // For each light the number of its first picture, and how many it takes.
     first_eye: vec4u,
     eye_count: vec4u,
-    filtering: u32,
     // Texels along a side of the square whose mean is taken.
     kernel: i32,
     // World units.
     slope_bias: f32,
     least_bias: f32,
-    outside: u32,
     // Number of the picture that is shown.
     shown: u32,
-    _pad_a: u32,
-    _pad_b: u32,
     eyes: array<Eye, 24>,
 }
 
@@ -44,7 +40,7 @@ struct Shadows {
 fn stored_depth(eye: u32, texel: vec2i) -> f32 {
     let size = vec2i(textureDimensions(shadow_maps));
     var inside = clamp(texel, vec2i(0), size - 1);
-    if shadows.outside == OUTSIDE_REPEATED {
+    if OUTSIDE == OUTSIDE_REPEATED {
         inside = ((texel % size) + size) % size;
     }
     return textureSampleLevel(shadow_maps, shadow_sampler, (vec2f(inside) + 0.5) / vec2f(size), eye, 0.0).r;
@@ -132,7 +128,7 @@ fn soft(number: u32, eye: Eye, uv: vec2f, depth: f32, slope: vec2f) -> f32 {
 
 /// Share of a light that arrives at a place with this unit normal: 0 in the umbra, 1 in the open.
 fn unshadowed(light: u32, position: vec3f, normal: vec3f, to_light: vec3f) -> f32 {
-    if shadows.filtering == FILTER_NONE || shadows.eye_count[light] == 0u {
+    if FILTER == FILTER_NONE || shadows.eye_count[light] == 0u {
         return 1.0;
     }
     var number = shadows.first_eye[light];
@@ -147,14 +143,14 @@ fn unshadowed(light: u32, position: vec3f, normal: vec3f, to_light: vec3f) -> f3
     }
     let ndc = clip.xyz / clip.w;
     let uv = vec2f(0.5, -0.5) * ndc.xy + 0.5;
-    if shadows.outside == OUTSIDE_LIT && (any(uv < vec2f(0.0)) || any(uv > vec2f(1.0)) || ndc.z > 1.0) {
+    if OUTSIDE == OUTSIDE_LIT && (any(uv < vec2f(0.0)) || any(uv > vec2f(1.0)) || ndc.z > 1.0) {
         return 1.0;
     }
     let size = vec2f(textureDimensions(shadow_maps));
-    if shadows.filtering == FILTER_HARD {
+    if FILTER == FILTER_HARD {
         return step(ndc.z, stored_depth(number, vec2i(floor(uv * size))));
     }
-    if shadows.filtering == FILTER_PCF {
+    if FILTER == FILTER_PCF {
         return percentage_closer(number, uv * size, ndc.z);
     }
     // The surface's plane as the eye sees it: planes go with the transposed inverse of points.

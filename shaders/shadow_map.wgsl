@@ -12,10 +12,10 @@ struct Caster {
 
 @vertex
 fn vs_shadow(@builtin(vertex_index) corner: u32) -> @builtin(position) vec4f {
-    let v = vertices[wedges[wedge_of(corner)].vertex];
-    var position = v.position;
+    let i = wedges[wedge_of(corner)].vertex;
+    var position = vertices[i].position;
     if caster.moves != 0u {
-        position = displaced(v);
+        position = displaced(i);
     }
     return caster.clip_from_world * vec4f(position, 1.0);
 }

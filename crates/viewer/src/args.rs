@@ -33,6 +33,10 @@ pub(crate) struct Args {
     #[arg(long, value_name = "OUT.png")]
     pub(crate) headless: Option<PathBuf>,
 
+    /// Measure instead of drawing into a file, and print seconds and bytes as JSON.
+    #[arg(long, conflicts_with_all = ["headless", "save_settings"])]
+    pub(crate) timings: bool,
+
     /// Start from these settings; other options override them.
     #[arg(long, value_name = "S.json")]
     pub(crate) settings: Option<PathBuf>,

@@ -51,6 +51,18 @@ pub enum NoGpu {
         /// The driver's words.
         reason: String,
     },
+    /// The mesh does not fit.
+    #[error(
+        "the mesh needs a buffer of {bytes} bytes, and the graphics adapter {adapter} takes {limit}; draw with --backend software"
+    )]
+    TooLarge {
+        /// Its name.
+        adapter: String,
+        /// Of the largest buffer.
+        bytes: u64,
+        /// What the adapter takes.
+        limit: u64,
+    },
     /// It is lost again and again.
     #[error("the graphics adapter {adapter} was lost twice in a row")]
     Lost {

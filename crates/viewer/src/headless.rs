@@ -1,6 +1,7 @@
 //! Files in, a picture out.
 
 use crate::args::Args;
+use crate::timings;
 use image::{ImageFormat, RgbaImage};
 use planish_geometry::colormap::Colormap;
 use planish_geometry::metrics::Triangles;
@@ -16,6 +17,7 @@ use planish_viewer::settings::{Heat, Settings, Shading};
 use planish_viewer::software;
 use std::io::{Cursor, Write as _};
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 use thiserror::Error;
 
 /// Why there is no picture.
@@ -50,20 +52,43 @@ impl Failure {
 
 /// Does what the command line says.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let output = args.headless.as_deref().ok_or(Failure::NoWindow)?;
+    let begun = Instant::now();
+    let settings = settings(args)?;
+    match &args.headless {
+        Some(output) => picture(args, output, settings),
+        None if args.timings => {
+            let (scene, settings) = scene(args, settings)?;
+            let opening = begun.elapsed();
+            let renderer = Renderer::new(Gpu::open(args.backend)?);
+            let starting = begun.elapsed() - opening;
+            let timings = timings::measure(&renderer, &scene, &settings, opening, starting)?;
+            renderer.gpu().complaints().iter().for_each(|text| warn(text));
+            let text = serde_json::to_string_pretty(&timings).map_err(|e| Failure::Usage(e.to_string()))?;
+            writeln!(std::io::stdout(), "{text}")
+                .map_err(|e| Failure::Output { path: "standard output".into(), reason: e.to_string() })
+        }
+        None => Err(Failure::NoWindow),
+    }
+}
+
+fn settings(args: &Args) -> Result<Settings, Failure> {
     let bad_settings = |path: &Path, e: &dyn ToString| BadFile { path: path.to_owned(), reason: e.to_string() };
     let settings = match &args.settings {
         Some(path) => Settings::from_json(&open::read(path)?).map_err(|e| bad_settings(path, &e))?,
         None => Settings::default(),
     };
-    let mut settings = args.override_settings(settings);
+    let settings = args.override_settings(settings);
     settings.check().map_err(|e| Failure::Usage(e.to_string()))?;
+    Ok(settings)
+}
+
+/// The scene, and the settings with what the files say where the command line says nothing.
+fn scene(args: &Args, mut settings: Settings) -> Result<(Scene, Settings), Failure> {
     if settings.shading == Shading::Heat && args.scalars.is_none() && args.clean.is_none() {
         return Err(Failure::Usage("heat shading needs numbers: --scalars IN.txt or --clean CLEAN.obj".to_owned()));
     }
     let Opened { model, mut scene, manifest, warnings, .. } = open::open(&args.files()?, &settings, &Silent)?;
     warnings.iter().for_each(|text| warn(text));
-    // What is not said is what the files say.
     if let Some(manifest) = manifest.filter(|_| args.settings.is_none() && args.lambda.is_none()) {
         settings.displace.lambda = manifest.displacement.lambda as f32;
     }
@@ -81,10 +106,14 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         }
         scene.set_scalars(errors).map_err(|e| bad(&e))?;
     }
+    Ok((scene, settings))
+}
 
+fn picture(args: &Args, output: &Path, settings: Settings) -> Result<(), Failure> {
+    let (scene, settings) = scene(args, settings)?;
     let mut png = Cursor::new(Vec::new());
     let failed = |reason: String| Failure::Output { path: output.to_owned(), reason };
-    let picture = draw(scene, &settings, args.backend)?;
+    let picture = draw(&scene, &settings, args.backend)?;
     picture.write_to(&mut png, ImageFormat::Png).map_err(|e| failed(e.to_string()))?;
     write(output, png.get_ref())?;
     if let Some(path) = &args.save_settings {
@@ -93,7 +122,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-fn draw(scene: Scene, settings: &Settings, backend: Backend) -> Result<RgbaImage, Failure> {
+fn draw(scene: &Scene, settings: &Settings, backend: Backend) -> Result<RgbaImage, Failure> {
     let renderer = match backend {
         Backend::Software => None,
         _ => match Gpu::open(backend) {
@@ -102,8 +131,14 @@ fn draw(scene: Scene, settings: &Settings, backend: Backend) -> Result<RgbaImage
             Err(e) => return Err(e.into()),
         },
     };
-    let Some(renderer) = renderer else { return Ok(software::render(&scene, settings)) };
-    let mut painter = Painter::new(backend, renderer, scene);
+    let Some(renderer) = renderer else { return Ok(software::render(scene, settings)) };
+    let mut painter = match Painter::new(backend, renderer, scene) {
+        Err(e @ NoGpu::TooLarge { .. }) if backend == Backend::Auto => {
+            warn(&e.to_string());
+            return Ok(software::render(scene, settings));
+        }
+        painter => painter?,
+    };
     let picture = painter.picture(settings)?;
     for complaint in painter.renderer().gpu().complaints() {
         warn(&complaint);

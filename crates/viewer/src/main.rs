@@ -2,6 +2,7 @@
 
 mod args;
 mod headless;
+mod timings;
 
 use clap::Parser;
 use std::io::Write as _;

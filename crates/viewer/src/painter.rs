@@ -9,18 +9,18 @@ use image::RgbaImage;
 
 /// Draws pictures of one scene.
 #[derive(Debug)]
-pub struct Painter {
+pub struct Painter<'a> {
     backend: Backend,
     renderer: Renderer,
-    scene: Scene,
+    scene: &'a Scene,
     uploaded: Uploaded,
 }
 
-impl Painter {
+impl<'a> Painter<'a> {
     /// Copies the scene to the renderer's device; `backend` is where another one is looked for if that is lost.
-    pub fn new(backend: Backend, renderer: Renderer, scene: Scene) -> Self {
-        let uploaded = renderer.upload(&scene);
-        Self { backend, renderer, scene, uploaded }
+    pub fn new(backend: Backend, renderer: Renderer, scene: &'a Scene) -> Result<Self, NoGpu> {
+        let uploaded = renderer.upload(scene)?;
+        Ok(Self { backend, renderer, scene, uploaded })
     }
 
     /// What draws.
@@ -28,20 +28,15 @@ impl Painter {
         &self.renderer
     }
 
-    /// What is drawn.
-    pub fn scene(&self) -> &Scene {
-        &self.scene
-    }
-
     /// Draws a picture; if the device is lost, once more on a new one.
     pub fn picture(&mut self, settings: &Settings) -> Result<RgbaImage, NoGpu> {
         for _ in 0..2 {
-            let picture = self.renderer.image_of(&self.uploaded, &self.scene, settings);
+            let picture = self.renderer.image_of(&self.uploaded, self.scene, settings);
             if !self.renderer.gpu().is_lost() {
                 return Ok(picture);
             }
             self.renderer = Renderer::new(Gpu::open(self.backend)?);
-            self.uploaded = self.renderer.upload(&self.scene);
+            self.uploaded = self.renderer.upload(self.scene)?;
         }
         Err(NoGpu::Lost { adapter: self.renderer.gpu().adapter.name.clone() })
     }

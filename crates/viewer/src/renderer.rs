@@ -7,7 +7,7 @@
 //! use planish_viewer::settings::Settings;
 //!
 //! let renderer = Renderer::new(Gpu::open(Backend::Auto)?);
-//! let picture = renderer.image(&scene, &Settings::default());
+//! let picture = renderer.image(&scene, &Settings::default())?;
 //! # Ok(()) }
 //! ```
 
@@ -21,7 +21,7 @@ mod uploaded;
 pub use uploaded::Uploaded;
 
 use crate::colour::{linear_from_byte, pixel_from_linear};
-use crate::gpu::{DEPTH, FORMAT, Gpu};
+use crate::gpu::{DEPTH, FORMAT, Gpu, NoGpu};
 use crate::scene::Scene;
 use crate::settings::{Displace, Normals, Settings, Shading, Size};
 use crate::shading::normal_map_strength;
@@ -74,7 +74,7 @@ impl Renderer {
     }
 
     /// Copies a scene to the device.
-    pub fn upload(&self, scene: &Scene) -> Uploaded {
+    pub fn upload(&self, scene: &Scene) -> Result<Uploaded, NoGpu> {
         Uploaded::new(&self.gpu, &self.layouts, scene)
     }
 
@@ -123,6 +123,8 @@ impl Renderer {
             stencil_ops: None,
         };
         let pipelines = &self.pipelines[usize::from(target.samples > 1)];
+        let variant = frame::variant(scene, settings);
+        let surface = pipelines.surface(device, &self.layouts, variant);
         {
             let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
                 label: Some("picture"),
@@ -136,14 +138,14 @@ impl Renderer {
             pass.set_bind_group(1, &uploaded.map_bindings, &[]);
             pass.set_bind_group(2, &uploaded.surface_bindings, &[]);
             if !lighting.shows_map {
-                pass.set_pipeline(&pipelines.mesh);
+                pass.set_pipeline(&surface.mesh);
                 for (corners, textures) in runs {
                     pass.set_bind_group(3, &textures, &[]);
                     pass.draw(corners, 0..1);
                 }
                 // Last, because its rim lets the background through.
                 if lighting.has_ground {
-                    pass.set_pipeline(&pipelines.ground);
+                    pass.set_pipeline(&surface.ground);
                     pass.draw(0..4, 0..1);
                 }
             }
@@ -158,9 +160,8 @@ impl Renderer {
 
     /// The picture that the settings describe: with one sample per pixel edges are smoothed by the GPU's own samples, with
     /// more a larger picture is averaged in linear light, as the renderer on the processor does.
-    pub fn image(&self, scene: &Scene, settings: &Settings) -> RgbaImage {
-        let uploaded = self.upload(scene);
-        self.image_of(&uploaded, scene, settings)
+    pub fn image(&self, scene: &Scene, settings: &Settings) -> Result<RgbaImage, NoGpu> {
+        Ok(self.image_of(&self.upload(scene)?, scene, settings))
     }
 
     /// The same of a scene that is on the device.

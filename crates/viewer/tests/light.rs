@@ -33,7 +33,7 @@ fn draw(scene: &Scene, settings: &Settings, mut check: impl FnMut(&RgbaImage, &s
         let image = {
             // A test that failed leaves nothing behind in it.
             let renderer = renderer.lock().unwrap_or_else(PoisonError::into_inner);
-            let image = renderer.image(scene, settings);
+            let image = renderer.image(scene, settings).unwrap();
             assert_eq!(renderer.gpu().complaints(), Vec::<String>::new(), "{backend}");
             image
         };

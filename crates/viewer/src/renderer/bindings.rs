@@ -40,12 +40,15 @@ impl Layouts {
             ),
             caster: group("caster", &[(ShaderStages::VERTEX, ONE_OF_MANY)]),
             map: group("map", &[(all, EXACT), (all, UNIFORM)]),
-            surface: group("surface", &[(vertex, READ), (vertex, READ), (vertex, READ), (ShaderStages::VERTEX, READ)]),
+            surface: group(
+                "surface",
+                &[(vertex, READ), (vertex, READ), (vertex, READ), (vertex, READ), (ShaderStages::VERTEX, READ)],
+            ),
             textures: group(
                 "textures",
                 &[(fragment, FILTERED), (fragment, SAMPLER), (fragment, EXACT), (fragment, EXACT)],
             ),
-            results: group("results", &[WRITE, WRITE, READ, READ].map(|kind| (ShaderStages::COMPUTE, kind))),
+            results: group("results", &[WRITE, WRITE, READ].map(|kind| (ShaderStages::COMPUTE, kind))),
         }
     }
 }

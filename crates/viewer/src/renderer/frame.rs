@@ -6,7 +6,8 @@ use crate::ground;
 use crate::lights::{Lamp, lamps};
 use crate::relief::Relief;
 use crate::scene::Scene;
-use crate::settings::{Displace, Normals, Overlay, Sampling, Settings, Shading, Size};
+use crate::settings::{Displace, Normals, Settings, Shading, Size};
+use crate::shaders::Variant;
 use crate::shading::{LINE_WIDTH, heat_range, marble_frequency, normal_map_strength};
 use glam::Mat4;
 use planish_geometry::displacement::MapKind;
@@ -25,15 +26,11 @@ pub(super) fn frame(scene: &Scene, settings: &Settings, size: Size, scale: f32) 
         ground: settings.ambient.intensity * settings.ambient.ground.linear(),
         exponent: settings.material.exponent,
         base_colour: settings.material.colour.linear(),
-        shading: number(Shading::ALL, settings.shading),
         checker_light: settings.checker.light.linear(),
         checker_squares: settings.checker.squares,
         checker_dark: settings.checker.dark.linear(),
-        overlay: number(Overlay::ALL, settings.overlay),
         background_top: settings.background.top.encoded(),
-        sampling: number(Sampling::ALL, settings.sampling),
         background_bottom: settings.background.bottom.encoded(),
-        normals: number(Normals::ALL, normals(scene, settings)),
         vein_colour: settings.marble.colour.linear(),
         vein_frequency: marble_frequency(scene, settings),
         heat_relief: settings.heat.relief,
@@ -56,6 +53,19 @@ pub(super) fn frame(scene: &Scene, settings: &Settings, size: Size, scale: f32) 
     frame
 }
 
+/// What the shaders are compiled for.
+pub(super) fn variant(scene: &Scene, settings: &Settings) -> Variant {
+    let Settings { shading, overlay, sampling, shadow, .. } = *settings;
+    Variant {
+        shading,
+        normals: normals(scene, settings),
+        overlay,
+        sampling,
+        filter: shadow.filter,
+        outside: shadow.outside,
+    }
+}
+
 /// Normals that are not there are not asked for.
 fn normals(scene: &Scene, settings: &Settings) -> Normals {
     match settings.displace.normals {
@@ -73,9 +83,4 @@ pub(super) fn displacement(scene: &Scene, displace: &Displace) -> Displacement {
         MapKind::VectorTangent => 2,
     };
     Displacement { bias, scale, lambda: relief.signed_lambda(displace), kind }
-}
-
-/// Place of a choice in the list of all.
-pub(super) fn number<T: PartialEq + Copy>(all: &[T], one: T) -> u32 {
-    all.iter().position(|other| *other == one).unwrap_or(0) as u32
 }

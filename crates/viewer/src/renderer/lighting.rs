@@ -1,7 +1,6 @@
 //! What lights a picture: shadow maps, the environment and the ground, as the shaders get them.
 
 use super::bindings::{Layouts, bind};
-use super::frame::number;
 use super::pictures;
 use super::uploaded::Uploaded;
 use crate::camera::View;
@@ -12,7 +11,7 @@ use crate::ground::{self, Disc, Show};
 use crate::lights::lamps;
 use crate::scene::Scene;
 use crate::settings::{Settings, Shading};
-use crate::shadow::{self, Filter, Outside, Rays};
+use crate::shadow::{self, Filter, Rays};
 use bytemuck::Zeroable as _;
 use glam::{Mat4, Vec3};
 use std::sync::{Mutex, PoisonError};
@@ -153,11 +152,9 @@ fn shadows(scene: &Scene, settings: &Settings, view: &View) -> (Shadows, usize) 
     let shadow = &settings.shadow;
     let bounds = scene.bounds();
     let mut all = Shadows {
-        filtering: number(Filter::ALL, shadow.filter),
         kernel: shadow.kernel as i32,
         slope_bias: shadow.slope_bias * bounds.radius,
         least_bias: shadow.least_bias * bounds.radius,
-        outside: number(Outside::ALL, shadow.outside),
         shown: shadow.show_map.unwrap_or(0),
         ..Shadows::zeroed()
     };

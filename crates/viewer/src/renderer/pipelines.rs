@@ -4,21 +4,31 @@ use super::bindings::Layouts;
 use super::lighting::Lighting;
 use super::uploaded::Uploaded;
 use crate::gpu::{DEPTH, FORMAT};
-use crate::shaders::{Program, source};
+use crate::shaders::{Program, Variant, source};
 use crate::shadow::Casters;
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
 
 /// What draws to targets with some number of samples per pixel.
 #[derive(Debug)]
 pub(super) struct Pipelines {
+    samples: u32,
     pub(super) background: wgpu::RenderPipeline,
-    pub(super) ground: wgpu::RenderPipeline,
-    pub(super) mesh: wgpu::RenderPipeline,
     pub(super) shadow_view: wgpu::RenderPipeline,
+    surfaces: Mutex<HashMap<Variant, Surface>>,
+}
+
+/// What draws the surface and the ground under it, with some choices of the settings.
+#[derive(Clone, Debug)]
+pub(super) struct Surface {
+    pub(super) mesh: wgpu::RenderPipeline,
+    pub(super) ground: wgpu::RenderPipeline,
 }
 
 /// What is special of a pipeline.
 struct Special<'a> {
     program: Program,
+    variant: Variant,
     vertex: &'a str,
     /// None draws depth alone.
     fragment: Option<&'a str>,
@@ -31,7 +41,7 @@ struct Special<'a> {
 }
 
 fn pipeline(device: &wgpu::Device, special: &Special) -> wgpu::RenderPipeline {
-    let module = module(device, special.program);
+    let module = module(device, special.program, special.variant);
     let groups: Vec<_> = special.groups.iter().map(|group| Some(*group)).collect();
     let targets =
         [Some(wgpu::ColorTargetState { format: FORMAT, blend: special.blend, write_mask: wgpu::ColorWrites::ALL })];
@@ -79,28 +89,55 @@ const fn sides(topology: wgpu::PrimitiveTopology, cull_mode: Option<wgpu::Face>)
     }
 }
 
+/// What fills the whole picture.
+fn screen<'a>(groups: &'a [&'a wgpu::BindGroupLayout], samples: u32) -> Special<'a> {
+    Special {
+        program: Program::Background,
+        variant: Variant::default(),
+        vertex: "vs_background",
+        fragment: Some("fs_background"),
+        groups,
+        samples,
+        depth_compare: wgpu::CompareFunction::Always,
+        depth_write: false,
+        primitive: BOTH_SIDES,
+        blend: None,
+    }
+}
+
 impl Pipelines {
     pub(super) fn new(device: &wgpu::Device, layouts: &Layouts, samples: u32) -> Self {
-        let Layouts { frame, map, surface, textures, .. } = layouts;
-        let screen = Special {
-            program: Program::Background,
-            vertex: "vs_background",
-            fragment: Some("fs_background"),
-            groups: &[frame],
-            samples,
-            depth_compare: wgpu::CompareFunction::Always,
-            depth_write: false,
-            primitive: BOTH_SIDES,
-            blend: None,
+        let groups = [&layouts.frame];
+        let background = screen(&groups, samples);
+        let shadow_view = Special {
+            program: Program::ShadowView,
+            vertex: "vs_shadow_view",
+            fragment: Some("fs_shadow_view"),
+            ..background
         };
-        let surface = Special {
+        let [background, shadow_view] = [&background, &shadow_view].map(|special| pipeline(device, special));
+        Self { samples, background, shadow_view, surfaces: Mutex::default() }
+    }
+
+    /// Compiles the variant unless it was needed before.
+    pub(super) fn surface(&self, device: &wgpu::Device, layouts: &Layouts, variant: Variant) -> Surface {
+        let mut surfaces = self.surfaces.lock().unwrap_or_else(PoisonError::into_inner);
+        surfaces.entry(variant).or_insert_with(|| Surface::new(device, layouts, self.samples, variant)).clone()
+    }
+}
+
+impl Surface {
+    fn new(device: &wgpu::Device, layouts: &Layouts, samples: u32, variant: Variant) -> Self {
+        let Layouts { frame, map, surface, textures, .. } = layouts;
+        let mesh = Special {
             program: Program::Mesh,
+            variant,
             vertex: "vs_mesh",
             fragment: Some("fs_mesh"),
             groups: &[frame, map, surface, textures],
             depth_compare: wgpu::CompareFunction::Less,
             depth_write: true,
-            ..screen
+            ..screen(&[], samples)
         };
         let ground = Special {
             program: Program::Ground,
@@ -109,17 +146,10 @@ impl Pipelines {
             groups: &[frame],
             primitive: sides(wgpu::PrimitiveTopology::TriangleStrip, Some(wgpu::Face::Back)),
             blend: Some(wgpu::BlendState::ALPHA_BLENDING),
-            ..surface
+            ..mesh
         };
-        let shadow_view = Special {
-            program: Program::ShadowView,
-            vertex: "vs_shadow_view",
-            fragment: Some("fs_shadow_view"),
-            ..screen
-        };
-        let [background, mesh, ground, shadow_view] =
-            [&screen, &surface, &ground, &shadow_view].map(|special| pipeline(device, special));
-        Self { background, ground, mesh, shadow_view }
+        let [mesh, ground] = [&mesh, &ground].map(|special| pipeline(device, special));
+        Self { mesh, ground }
     }
 }
 
@@ -135,6 +165,7 @@ impl Casting {
         let Layouts { caster, map, surface, .. } = layouts;
         let all = Special {
             program: Program::Shadow,
+            variant: Variant::default(),
             vertex: "vs_shadow",
             fragment: None,
             groups: &[caster, map, surface],
@@ -200,7 +231,7 @@ const GROUPS_IN_ROW: u32 = 65_535;
 
 impl Compute {
     pub(super) fn new(device: &wgpu::Device, layouts: &Layouts) -> Self {
-        let module = module(device, Program::Normals);
+        let module = module(device, Program::Normals, Variant::default());
         // Group 0, the frame, is not needed.
         let layout = layout(device, &[None, Some(&layouts.map), Some(&layouts.surface), Some(&layouts.results)]);
         let pipeline = |entry_point| {
@@ -231,10 +262,10 @@ impl Compute {
     }
 }
 
-fn module(device: &wgpu::Device, program: Program) -> wgpu::ShaderModule {
+fn module(device: &wgpu::Device, program: Program, variant: Variant) -> wgpu::ShaderModule {
     device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: None,
-        source: wgpu::ShaderSource::Wgsl(source(program).into()),
+        source: wgpu::ShaderSource::Wgsl(source(program, variant).into()),
     })
 }
 

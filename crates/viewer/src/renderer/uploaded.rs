@@ -3,7 +3,7 @@
 use super::bindings::{Layouts, bind};
 use super::lighting;
 use super::pictures::{self, Samplers};
-use crate::gpu::Gpu;
+use crate::gpu::{Gpu, NoGpu};
 use crate::gpu_types::{Displacement, Frame};
 use crate::relief::Relief;
 use crate::render_mesh::{RenderMesh, Run};
@@ -34,22 +34,28 @@ pub struct Uploaded {
     /// Where there is none.
     plain: wgpu::TextureView,
     normal_map: wgpu::TextureView,
+    bytes: u64,
     /// In the order of [`Colormap::ALL`].
     heat_maps: Vec<wgpu::TextureView>,
 }
 
 impl Uploaded {
-    pub(super) fn new(gpu: &Gpu, layouts: &Layouts, scene: &Scene) -> Self {
+    pub(super) fn new(gpu: &Gpu, layouts: &Layouts, scene: &Scene) -> Result<Self, NoGpu> {
         let device = &gpu.device;
         let mesh = RenderMesh::new(scene);
+        let RenderMesh { vertices, extras, wedges, corners, rings, .. } = &mesh;
+        let all = [contents(vertices), contents(extras), contents(wedges), contents(corners), contents(rings)];
+        let limits = device.limits();
+        let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        if let Some(bytes) = all.iter().map(|bytes| bytes.len() as u64).find(|bytes| *bytes > limit) {
+            return Err(NoGpu::TooLarge { adapter: gpu.adapter.name.clone(), bytes, limit });
+        }
         let storage = |bytes: &[u8]| gpu.filled(bytes, BufferUsages::STORAGE);
         let buffer = |size, usage| {
             device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
         };
         let uniform = |size: usize| buffer(size as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
-        let [vertices, wedges, corners] =
-            [contents(&mesh.vertices), contents(&mesh.wedges), contents(&mesh.corners)].map(|b| storage(&b));
-        let [ring_starts, rings] = [contents(&mesh.ring_starts), contents(&mesh.rings)].map(|bytes| storage(&bytes));
+        let [vertices, extras, wedges, corners, rings] = all.map(|bytes| storage(&bytes));
         let results = || buffer(16 * mesh.vertices.len().max(1) as u64, BufferUsages::STORAGE | BufferUsages::COPY_SRC);
         let (places, normals) = (results(), results());
         let frame = uniform(size_of::<Frame>());
@@ -59,12 +65,14 @@ impl Uploaded {
         let group = |layout, resources: &[wgpu::BindingResource]| bind(device, layout, resources);
         let plain = pictures::plain(gpu, [u8::MAX; 4]);
         let uploaded = |texture| pictures::uploaded(gpu, texture);
-        let surface = [&vertices, &wedges, &corners].map(wgpu::Buffer::as_entire_binding);
+        let surface = [&vertices, &extras, &wedges, &corners].map(wgpu::Buffer::as_entire_binding);
         let with = |normals: &wgpu::Buffer| {
-            let [a, b, c] = surface.clone();
-            group(&layouts.surface, &[a, b, c, normals.as_entire_binding()])
+            let [a, b, c, d] = surface.clone();
+            group(&layouts.surface, &[a, b, c, d, normals.as_entire_binding()])
         };
-        Self {
+        let buffers = [&vertices, &extras, &wedges, &corners, &rings, &places, &normals];
+        Ok(Self {
+            bytes: buffers.iter().map(|buffer| buffer.size()).sum(),
             corner_count: mesh.corners.len() as u32,
             vertex_count: mesh.vertices.len() as u32,
             map_bindings: group(
@@ -73,10 +81,7 @@ impl Uploaded {
             ),
             surface_bindings: with(&normals),
             computed_surface_bindings: with(&vertices),
-            result_bindings: group(
-                &layouts.results,
-                &[&places, &normals, &ring_starts, &rings].map(wgpu::Buffer::as_entire_binding),
-            ),
+            result_bindings: group(&layouts.results, &[&places, &normals, &rings].map(wgpu::Buffer::as_entire_binding)),
             frame,
             displacement,
             places,
@@ -87,7 +92,12 @@ impl Uploaded {
             normal_map: scene.normal_map.as_ref().map_or_else(|| plain.clone(), uploaded),
             plain,
             heat_maps: Colormap::ALL.iter().map(|map| pictures::row(gpu, &texels(*map))).collect(),
-        }
+        })
+    }
+
+    /// Bytes of its buffers; textures come on top.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
     }
 
     /// For a run.

@@ -112,7 +112,7 @@ fn landscapes() -> Vec<(String, Settings)> {
 fn pictures_are_as_they_were() {
     let renderer = renderer(Backend::Vulkan);
     let scene = duck().scene();
-    let uploaded = renderer.upload(&scene);
+    let uploaded = renderer.upload(&scene).unwrap();
     let failures: Vec<String> = pictures()
         .iter()
         .filter_map(|(name, settings)| compare(name, &renderer.image_of(&uploaded, &scene, settings)).err())
@@ -127,12 +127,12 @@ fn shadows_and_landscapes_are_as_they_were() {
     let mut scene = duck().scene();
     let mut failures = Vec::new();
     for (name, settings) in shadows() {
-        failures.extend(compare(&name, &renderer.image(&scene, &settings)).err());
+        failures.extend(compare(&name, &renderer.image(&scene, &settings).unwrap()).err());
     }
     for (name, settings) in landscapes() {
         let surroundings = settings.environment.as_ref().unwrap();
         scene.environment = Some(load(&surroundings.source, surroundings.resolution as usize).unwrap());
-        failures.extend(compare(&name, &renderer.image(&scene, &settings)).err());
+        failures.extend(compare(&name, &renderer.image(&scene, &settings).unwrap()).err());
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
     no_complaints(&renderer);

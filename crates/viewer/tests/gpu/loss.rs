@@ -6,9 +6,9 @@ use planish_viewer::painter::Painter;
 
 #[test]
 fn the_picture_after_a_loss_is_the_one_before() {
-    let settings = small([80, 60]);
+    let (scene, settings) = (duck().scene(), small([80, 60]));
     for backend in [Backend::Vulkan, Backend::Gl] {
-        let mut painter = Painter::new(backend, renderer(backend), duck().scene());
+        let mut painter = Painter::new(backend, renderer(backend), &scene).unwrap();
         let before = painter.picture(&settings).unwrap();
         painter.renderer().gpu().device.destroy();
         assert!(painter.picture(&settings).unwrap() == before, "{backend:?}");
@@ -19,7 +19,8 @@ fn the_picture_after_a_loss_is_the_one_before() {
 
 #[test]
 fn what_the_driver_refuses_is_told_once() {
-    let painter = Painter::new(Backend::Vulkan, renderer(Backend::Vulkan), duck().scene());
+    let scene = duck().scene();
+    let painter = Painter::new(Backend::Vulkan, renderer(Backend::Vulkan), &scene).unwrap();
     let gpu = painter.renderer().gpu();
     let _ = gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: None,

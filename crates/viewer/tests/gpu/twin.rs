@@ -49,7 +49,7 @@ fn settings() -> Settings {
 fn every_way_of_shading_with_every_kind_of_normals() {
     let renderer = renderer(Backend::Vulkan);
     let scene = duck().scene();
-    let uploaded = renderer.upload(&scene);
+    let uploaded = renderer.upload(&scene).unwrap();
     for &shading in Shading::ALL {
         for &normals in Normals::ALL {
             let mut settings = Settings { shading, ..settings() };
@@ -65,7 +65,7 @@ fn every_way_of_shading_with_every_kind_of_normals() {
 fn overlays_lights_and_samplings() {
     let renderer = renderer(Backend::Vulkan);
     let scene = duck().scene();
-    let uploaded = renderer.upload(&scene);
+    let uploaded = renderer.upload(&scene).unwrap();
     let light = |kind| Light { kind, ..settings().lights[0] };
     let lit = |kind| Settings { lights: vec![light(kind)], ..settings() };
     let mut all = vec![
@@ -93,7 +93,7 @@ fn triangles_have_their_own_textures_or_none() {
     let bands = (0..scene.mesh().triangles.len()).map(|t| [Some(1), None, Some(0)][t / 40 % 3]).collect();
     scene.textures = Textures::by_triangle(all, bands).unwrap();
     let settings = Settings { shading: Shading::Texture, ..settings() };
-    let image = renderer.image(&scene, &settings);
+    let image = renderer.image(&scene, &settings).unwrap();
     agree(&scene, &settings, &image, "bands");
     let bluish = image.pixels().filter(|p| u16::from(p.0[2]) > 2 * u16::from(p.0[0])).count();
     assert!(bluish > image.pixels().len() / 50, "{bluish}");
@@ -104,7 +104,7 @@ fn triangles_have_their_own_textures_or_none() {
 fn shadows_on_the_ground_and_on_the_surface() {
     let renderer = renderer(Backend::Vulkan);
     let scene = duck().scene();
-    let uploaded = renderer.upload(&scene);
+    let uploaded = renderer.upload(&scene).unwrap();
     for (what, settings) in shadows() {
         // A map itself is for graphics adapters; acne is what rounding makes of it.
         if settings.shadow.show_map.is_none() && settings.shadow.least_bias > 0.0 {
@@ -121,7 +121,7 @@ fn opengl_draws_what_vulkan_draws() {
     let scene = duck().scene();
     for &shading in Shading::ALL {
         let settings = Settings { shading, ..settings() };
-        let [a, b] = [&vulkan, &gl].map(|renderer| renderer.image(&scene, &settings));
+        let [a, b] = [&vulkan, &gl].map(|renderer| renderer.image(&scene, &settings).unwrap());
         let off = a.iter().zip(b.iter()).filter(|(a, b)| a.abs_diff(**b) > RARELY).count();
         // Silhouettes, where the drivers' rasterisers may take different samples, are longer than a thousandth of the picture.
         assert!(off * 500 < a.len(), "{shading:?}: {off} numbers differ");
