@@ -11,15 +11,15 @@ use planish_viewer::settings::{Normals, Overlay, Sampling, Settings, Shading, Si
 use planish_viewer::shadow::Filter;
 use std::path::PathBuf;
 
-/// Draws a mesh.
+/// Shows a mesh and its displacement map in a window, or draws it into a file.
 ///
 /// Exit status: 0 done, 1 failed, 2 bad input or usage.
 #[derive(Debug, Parser)]
 #[command(name = "planish-viewer", version)]
 pub(crate) struct Args {
-    /// Mesh to draw, or the manifest of a map with its mesh.
+    /// Mesh to show, or the manifest of a map with its mesh.
     #[arg(value_name = "IN.obj|MAP.planish.json")]
-    input: PathBuf,
+    pub(crate) input: Option<PathBuf>,
 
     /// The mesh's map; without one it is baked with the defaults.
     #[arg(long, value_name = "MAP.planish.json", conflicts_with = "heights")]
@@ -44,6 +44,10 @@ pub(crate) struct Args {
     /// Write the settings of the picture, for --settings.
     #[arg(long, value_name = "S.json", requires = "headless")]
     pub(crate) save_settings: Option<PathBuf>,
+
+    /// Write what happens in the window into this file, one JSON object a line: the time of each frame, and the state.
+    #[arg(long, value_name = "OUT.jsonl", conflicts_with = "headless")]
+    pub(crate) log: Option<PathBuf>,
 
     /// What draws.
     #[arg(long, value_enum, default_value_t)]
@@ -143,12 +147,13 @@ impl From<ErrorKind> for Heat {
 impl Args {
     /// Which files are read.
     pub(crate) fn files(&self) -> Result<Files, Failure> {
-        let is_manifest = self.input.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+        let none = || Failure::Usage("--headless needs a mesh to draw".to_owned());
+        let input = self.input.clone().ok_or_else(none)?;
+        let is_manifest = input.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
         if is_manifest && self.map.is_some() {
             return Err(Failure::Usage("give the map once: as the first argument or with --map".to_owned()));
         }
-        let input = || Some(self.input.clone());
-        let (mesh, map) = if is_manifest { (None, input()) } else { (input(), self.map.clone()) };
+        let (mesh, map) = if is_manifest { (None, Some(input)) } else { (Some(input), self.map.clone()) };
         Ok(Files {
             mesh,
             map,
@@ -157,6 +162,19 @@ impl Args {
             normal_map: self.normal_map.clone(),
             scalars: self.scalars.clone(),
         })
+    }
+
+    /// The first option that the window has no use for: it reads the files that it is shown.
+    pub(crate) fn only_for_pictures(&self) -> Option<&'static str> {
+        let files = [
+            ("--map", &self.map),
+            ("--texture", &self.texture),
+            ("--normal-map", &self.normal_map),
+            ("--heights", &self.heights),
+            ("--scalars", &self.scalars),
+            ("--clean", &self.clean),
+        ];
+        files.into_iter().find(|(_, file)| file.is_some()).map(|(option, _)| option)
     }
 
     /// Settings with what the command line says about them.

@@ -22,7 +22,7 @@ pub enum Backend {
 }
 
 impl Backend {
-    fn apis(self) -> wgpu::Backends {
+    pub(crate) fn apis(self) -> wgpu::Backends {
         match self {
             Self::Auto => wgpu::Backends::all(),
             Self::Vulkan => wgpu::Backends::PRIMARY,

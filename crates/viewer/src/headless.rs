@@ -1,4 +1,4 @@
-//! Files in, a picture out.
+//! Files in, a picture out, or a window.
 
 use crate::args::Args;
 use crate::timings;
@@ -15,6 +15,7 @@ use planish_viewer::renderer::Renderer;
 use planish_viewer::scene::Scene;
 use planish_viewer::settings::{Heat, Settings, Shading};
 use planish_viewer::software;
+use planish_viewer::window::{self, NoWindow, Options};
 use std::io::{Cursor, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -35,16 +36,16 @@ pub(crate) enum Failure {
     /// No adapter, and the processor is not asked for.
     #[error(transparent)]
     NoGpu(#[from] NoGpu),
-    /// No `--headless`.
-    #[error("the window is not part of this version; draw into a file with --headless OUT.png")]
-    NoWindow,
+    /// No display, or no adapter that draws to it.
+    #[error(transparent)]
+    NoWindow(#[from] NoWindow),
 }
 
 impl Failure {
     /// Exit status.
     pub(crate) fn status(&self) -> u8 {
         match self {
-            Self::Output { .. } | Self::NoWindow | Self::NoGpu(_) => 1,
+            Self::Output { .. } | Self::NoWindow(_) | Self::NoGpu(_) => 1,
             Self::Input(_) | Self::Usage(_) => 2,
         }
     }
@@ -67,7 +68,18 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             writeln!(std::io::stdout(), "{text}")
                 .map_err(|e| Failure::Output { path: "standard output".into(), reason: e.to_string() })
         }
-        None => Err(Failure::NoWindow),
+        None if args.backend == Backend::Software => {
+            Err(Failure::Usage("--backend software draws into a file; name it with --headless OUT.png".to_owned()))
+        }
+        None if let Some(option) = args.only_for_pictures() => {
+            Err(Failure::Usage(format!("{option} goes with --headless OUT.png; the window opens what it is given")))
+        }
+        None => Ok(window::run(Options {
+            open: args.input.clone(),
+            backend: args.backend,
+            settings,
+            log: args.log.clone(),
+        })?),
     }
 }
 

@@ -20,6 +20,7 @@
 //! # Ok::<(), SceneError>(())
 //! ```
 
+pub mod app;
 pub mod camera;
 pub mod colour;
 pub mod environment;
@@ -42,3 +43,4 @@ mod shading;
 pub mod shadow;
 pub mod software;
 pub mod texture;
+pub mod window;

@@ -9,7 +9,7 @@ use crate::settings::{Settings, Shading};
 use crate::texture::{Content, Texture, Textures};
 use image::ImageReader;
 use planish_geometry::apply::{self, ShaderVertex};
-use planish_geometry::bundle::{self, Belongings, Names};
+use planish_geometry::bundle::{self, Belongings, Bundle, Names};
 use planish_geometry::displacement::{Displacement, Encoding, MapKind, TexelFormat};
 use planish_geometry::manifest::{Manifest, NormalMapEntry};
 use planish_geometry::model::Model;
@@ -133,15 +133,20 @@ fn bake(scene: &mut Scene, model: &Model, mesh: &Path, progress: &dyn Progress) 
     let names = Names { source: format!("{name}.obj"), stem: name.clone(), carrier: format!("{name}.planish") };
     let bundle = bundle::bake(model, &names, Belongings::NONE, &bundle::Settings::default(), progress)
         .map_err(BadFile::at(mesh))?;
+    dress(scene, model, mesh, &bundle)?;
+    Ok(bundle.manifest)
+}
+
+/// Puts a map that was baked from the model, but perhaps not written, on its scene.
+pub fn dress(scene: &mut Scene, model: &Model, mesh: &Path, bundle: &Bundle) -> Result<(), BadFile> {
     let bytes = |name: &str| bundle.files.iter().find(|f| f.name == name).map_or(&[][..], |f| &f.bytes);
     let map = Path::new(&bundle.manifest.displacement.file);
     let carrier = || Obj::parse(bytes(&bundle.manifest.carrier.obj).to_vec()).ok();
     let lines = apply::baked_vertices(model.obj(), &bundle.manifest, &carrier).map_err(BadFile::at(mesh))?;
     add_map(scene, model, &bundle.manifest, &lines, bytes(&bundle.manifest.displacement.file), map)?;
-    if let Some(entry) = &bundle.manifest.normal_map {
-        scene.normal_map = Some(normal_map(bytes(&entry.file), entry, Path::new(&entry.file))?);
-    }
-    Ok(bundle.manifest)
+    let entry = bundle.manifest.normal_map.as_ref();
+    scene.normal_map = entry.map(|e| normal_map(bytes(&e.file), e, Path::new(&e.file))).transpose()?;
+    Ok(())
 }
 
 fn add_map(

@@ -343,7 +343,7 @@ impl Settings {
 
     /// Refuses numbers that no picture can be drawn with.
     pub fn check(&self) -> Result<(), SettingsError> {
-        let Camera { yaw, pitch, distance, projection, .. } = self.camera;
+        let Camera { yaw, pitch, distance, target, projection, .. } = self.camera;
         let field_of_view = match projection {
             Projection::Perspective { field_of_view } => field_of_view,
             Projection::Orthographic => 90.0,
@@ -368,6 +368,7 @@ impl Settings {
             ((1..=8).contains(&self.supersampling), "supersampling", "1..8"),
             (yaw.is_finite() && pitch.is_finite(), "camera.yaw and camera.pitch", "finite"),
             ((0.01..=1e3).contains(&distance), "camera.distance", "0.01..1000"),
+            (target.abs().max_element() <= 1e3, "camera.target", "at most 1000 radii away"),
             ((1.0..=150.0).contains(&field_of_view), "field_of_view", "1..150 degrees"),
             (self.displace.lambda.abs() <= 1e6, "displace.lambda", "a strength"),
             (given(self.displace.bias) && given(self.displace.scale), "displace.bias and displace.scale", "finite"),

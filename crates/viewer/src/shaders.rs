@@ -98,7 +98,7 @@ pub fn source(program: Program, variant: Variant) -> String {
 }
 
 /// Numbers for the choices of the settings, `const SHADING_FLAT = 0u;` and so on, and the one that is chosen.
-fn constants<T: ValueEnum + PartialEq>(text: &mut String, prefix: &str, all: &[T], chosen: T) {
+fn constants<T: Copy + ValueEnum + PartialEq>(text: &mut String, prefix: &str, all: &[T], chosen: T) {
     for (number, choice) in all.iter().enumerate() {
         let value = choice.to_possible_value();
         let name = value.map_or_else(String::new, |value| value.get_name().to_uppercase().replace('-', "_"));

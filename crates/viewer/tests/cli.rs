@@ -24,6 +24,8 @@ impl Folder {
         let mut command = Command::new(env!("CARGO_BIN_EXE_planish-viewer"));
         // Without a desktop the graphics drivers say on standard error that this folder is not there.
         command.env("XDG_RUNTIME_DIR", std::env::temp_dir());
+        // A window would wait for somebody to close it.
+        command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
         command.current_dir(&self.0).args(line.split_whitespace()).output().unwrap()
     }
 
