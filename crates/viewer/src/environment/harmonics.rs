@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 /// Irradiance over π as a polynomial in the normal, which is what a white surface sends back.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Irradiance {
-    /// Linear RGB for each of [`basis`].
+    /// Linear RGB for each of `basis`.
     pub coefficients: [Vec3; 9],
 }
 

@@ -50,13 +50,13 @@ pub enum Action {
 pub struct Session {
     /// Noisy against denoised.
     pub comparing: Comparing,
-    /// Where the line of [`Comparing::Split`] is, 0..=1; none in the middle.
+    /// Where the line of the split view is, 0..=1; none in the middle.
     pub divider: Option<f32>,
     /// Whether the list of keys is shown.
     pub help: bool,
     /// Whether the model has the whole window.
     pub panel_hidden: bool,
-    /// For [`super::Shell`] to do.
+    /// For the shell of the window to do.
     pub actions: Vec<Action>,
     /// With the map and without; none before there is something to see.
     pub pictures: [Option<TextureId>; 2],
