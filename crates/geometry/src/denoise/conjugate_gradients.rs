@@ -25,13 +25,20 @@ impl Default for Solve {
 /// Products are summed run by run, so that their order does not depend on the number of threads.
 const RUN: usize = 4096;
 
-/// Σᵢ wᵢ aᵢ · bᵢ
-fn dot(w: &[f64], a: &[DVec3], b: &[DVec3]) -> f64 {
-    let run = |((w, a), b): ((&[f64], &[DVec3]), &[DVec3])| {
-        w.iter().zip(a).zip(b).map(|((w, a), b)| w * a.dot(*b)).sum::<f64>()
-    };
-    let sums: Vec<f64> = w.par_chunks(RUN).zip(a.par_chunks(RUN)).zip(b.par_chunks(RUN)).map(run).collect();
-    sums.iter().sum()
+/// Σᵢ aᵢ · bᵢ
+fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
+    let run = |(a, b): (&[DVec3], &[DVec3])| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
+    total(a.par_chunks(RUN).zip(b.par_chunks(RUN)).map(run))
+}
+
+/// Σᵢ wᵢ |aᵢ|²
+fn energy(w: &[f64], a: &[DVec3]) -> f64 {
+    let run = |(w, a): (&[f64], &[DVec3])| w.iter().zip(a).map(|(w, a)| w * a.length_squared()).sum::<f64>();
+    total(w.par_chunks(RUN).zip(a.par_chunks(RUN)).map(run))
+}
+
+fn total(runs: impl IndexedParallelIterator<Item = f64>) -> f64 {
+    runs.collect::<Vec<f64>>().iter().sum()
 }
 
 /// x of A x = b, from a first guess; `system` writes A x into its second argument.
@@ -44,31 +51,39 @@ pub(super) fn solve(
     progress: &dyn Progress,
 ) -> Result<Vec<DVec3>, Cancelled> {
     let inverse: Vec<f64> = diagonal.into_iter().map(|d| if d > 0.0 { 1.0 / d } else { 1.0 }).collect();
-    let ones = vec![1.0; right.len()];
     let mut x = guess;
     let mut product = vec![DVec3::ZERO; right.len()];
     system(&x, &mut product);
     let mut residual: Vec<DVec3> = right.iter().zip(&product).map(|(b, ax)| *b - *ax).collect();
     let mut direction: Vec<DVec3> = residual.iter().zip(&inverse).map(|(r, w)| *r * *w).collect();
-    let mut energy = dot(&inverse, &residual, &residual);
-    let enough = limits.tolerance * limits.tolerance * dot(&inverse, right, right);
+    let mut left = energy(&inverse, &residual);
+    let enough = limits.tolerance * limits.tolerance * energy(&inverse, right);
     for _ in 0..limits.steps {
-        if energy <= enough {
+        if left <= enough {
             break;
         }
         progress.check()?;
         system(&direction, &mut product);
-        let curvature = dot(&ones, &direction, &product);
+        let curvature = dot(&direction, &product);
         // Rounding is all that is left, or the numbers are beyond what can be summed.
-        if curvature <= 0.0 || !(energy / curvature).is_finite() {
+        if curvature <= 0.0 || !(left / curvature).is_finite() {
             break;
         }
-        let step = energy / curvature;
-        x.par_iter_mut().zip(&direction).with_min_len(RUN).for_each(|(x, d)| *x += step * *d);
-        residual.par_iter_mut().zip(&product).with_min_len(RUN).for_each(|(r, p)| *r -= step * *p);
-        let before = energy;
-        energy = dot(&inverse, &residual, &residual);
-        let turn = energy / before;
+        let step = left / curvature;
+        let before = left;
+        // Vectors are longer than caches: one walk does all that can be done with them.
+        let moved = x.par_chunks_mut(RUN).zip(residual.par_chunks_mut(RUN));
+        let along = direction.par_chunks(RUN).zip(product.par_chunks(RUN)).zip(inverse.par_chunks(RUN));
+        left = total(moved.zip(along).map(|((x, residual), ((direction, product), inverse))| {
+            let mut sum = 0.0;
+            for i in 0..x.len() {
+                x[i] += step * direction[i];
+                residual[i] -= step * product[i];
+                sum += inverse[i] * residual[i].length_squared();
+            }
+            sum
+        }));
+        let turn = left / before;
         let slots = direction.par_iter_mut().zip(&residual).zip(&inverse).with_min_len(RUN);
         slots.for_each(|((d, r), w)| *d = *r * *w + turn * *d);
     }

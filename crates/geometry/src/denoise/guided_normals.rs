@@ -149,18 +149,16 @@ impl Guidance {
             *difference = normal(f).distance(normal(g));
         });
         let differences = &self.differences;
-        self.patches.par_iter_mut().enumerate().with_min_len(256).for_each(|(f, out)| {
-            let members = patches.members.get(f as Index);
-            let mut widest = 0.0f64;
+        self.patches.par_iter_mut().enumerate().with_min_len(256).for_each_init(SideBySide::default, |normals, (f, out)| {
+            normals.clear();
             let mut mean = DVec3::ZERO;
-            for (k, &g) in members.iter().enumerate() {
-                let n = normal(g);
-                mean += n * shapes.areas[g as usize];
-                widest = members[k + 1..].iter().fold(widest, |w, &h| w.max(n.distance_squared(normal(h))));
+            for &g in patches.members.get(f as Index) {
+                mean += normal(g) * shapes.areas[g as usize];
+                normals.push(normal(g));
             }
             let inner = patches.inner.get(f as Index).iter().map(|&e| differences[e as usize]);
-            let (largest, sum) = inner.fold((0.0f64, 0.0), |(largest, sum), d| (largest.max(d), sum + d));
-            *out = (widest.sqrt() * largest / (sum + 1e-9), mean.normalize_or_zero());
+            let (largest, sum) = inner.fold((0.0, 0.0), |(largest, sum), d| (larger(largest, d), sum + d));
+            *out = (normals.widest() * largest / (sum + 1e-9), mean.normalize_or_zero());
         });
         let found = &self.patches;
         self.normals.par_iter_mut().enumerate().with_min_len(1024).for_each(|(f, out)| {
@@ -173,5 +171,67 @@ impl Guidance {
             }
             *out = best.1;
         });
+    }
+}
+
+/// The normals of a patch, coordinate by coordinate: each is looked at with all others, two at a time.
+#[derive(Default)]
+struct SideBySide {
+    coordinates: [Vec<f64>; 3],
+}
+
+impl SideBySide {
+    fn clear(&mut self) {
+        self.coordinates.iter_mut().for_each(Vec::clear);
+    }
+
+    fn push(&mut self, normal: DVec3) {
+        self.coordinates.iter_mut().zip(normal.to_array()).for_each(|(all, x)| all.push(x));
+    }
+
+    /// The largest distance between two of them.
+    fn widest(&mut self) -> f64 {
+        if self.coordinates[0].len() % 2 == 1 {
+            // The first one once more makes nothing wider.
+            self.push(DVec3::from_array([0, 1, 2].map(|axis| self.coordinates[axis][0])));
+        }
+        let [x, y, z] = &self.coordinates;
+        let mut widest = [0.0; 2];
+        for k in 0..x.len() {
+            let own = [x[k], y[k], z[k]];
+            let from = k / 2 * 2;
+            // Pairs start at even places, so that the last one ends where the list does.
+            let pairs = x[from..].chunks_exact(2).zip(y[from..].chunks_exact(2)).zip(z[from..].chunks_exact(2));
+            for ((px, py), pz) in pairs {
+                for lane in 0..2 {
+                    let [dx, dy, dz] = [own[0] - px[lane], own[1] - py[lane], own[2] - pz[lane]];
+                    widest[lane] = larger(widest[lane], dx * dx + dy * dy + dz * dz);
+                }
+            }
+        }
+        larger(widest[0], widest[1]).sqrt()
+    }
+}
+
+/// What [`f64::max`] would say where nothing is NaN, in one instruction.
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_widest_pair_is_found_in_lists_of_any_length() {
+        let along = |k: u32| DVec3::new(f64::from(k), 0.0, 1.0);
+        for count in 1..8 {
+            for first in 0..count {
+                let mut normals = SideBySide::default();
+                // Numbers go round, so that the widest pair is at all places in turn.
+                (0..count).for_each(|k| normals.push(along((first + k) % count)));
+                assert_eq!(normals.widest(), f64::from(count - 1), "{count} {first}");
+            }
+        }
     }
 }

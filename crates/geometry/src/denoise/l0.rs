@@ -70,6 +70,7 @@ pub(super) fn deltas(surface: &Surface, settings: &L0, progress: &dyn Progress) 
     let stays = |v: Index| settings.boundary == Boundary::Fixed && surface.topology().is_boundary(v);
     let fixed: Vec<bool> = (0..input.len() as Index).map(stays).collect();
     let mut edges = Edges::of(&faces, input.len());
+    let mut matrix = Matrix::of(&edges);
     // The solution is found as a way from the input, which does not depend on where the origin is.
     let mut way = vec![DVec3::ZERO; input.len()];
     let mut positions = input.to_vec();
@@ -89,17 +90,14 @@ pub(super) fn deltas(surface: &Surface, settings: &L0, progress: &dyn Progress) 
             .into_par_iter()
             .map(|v| if fixed[v] { DVec3::ZERO } else { -edges.gathered(&missing, v) })
             .collect();
-        let diagonal = (0..input.len()).into_par_iter().map(|v| 1.0 + edges.squares(v, alpha, beta)).collect();
-        let mut products = missing;
+        matrix.assemble(&edges, alpha, beta);
         let system = |x: &[DVec3], out: &mut Vec<DVec3>| {
-            products.par_iter_mut().enumerate().with_min_len(1024).for_each(|(e, product)| {
-                *product = [alpha * edges.fold(x, e), beta * edges.difference(x, e)];
-            });
             out.par_iter_mut().enumerate().with_min_len(512).for_each(|(v, out)| {
-                *out = if fixed[v] { x[v] } else { x[v] + edges.gathered(&products, v) };
+                *out = if fixed[v] { x[v] } else { matrix.times(v, x) };
             });
         };
-        way = solve(system, diagonal, &right, way, Solve { tolerance: 1e-4, steps: 1000 }, progress)?;
+        let limits = Solve { tolerance: 1e-4, steps: 1000 };
+        way = solve(system, matrix.diagonal(), &right, way, limits, progress)?;
         positions.par_iter_mut().zip(input).zip(&way).for_each(|((x, p), way)| *x = *p + *way);
         shapes.measure(&faces, &positions);
         beta *= settings.beta_growth;
@@ -180,11 +178,81 @@ impl Edges {
             sum + FOLD[k] * of_edges[e][0] + self.coefficients[e][k] * of_edges[e][1]
         })
     }
+}
 
-    /// Diagonal of α RᵀR + β DᵀD.
-    fn squares(&self, vertex: usize, alpha: f64, beta: f64) -> f64 {
-        let square = |&(e, k): &(Index, u8)| self.coefficients[e as usize][usize::from(k)].powi(2);
-        self.at.get(vertex as Index).iter().map(|slot| alpha + beta * square(slot)).sum()
+/// 1 + α RᵀR + β DᵀD. Its rows are summed once in each round: conjugate gradients need many products, and R and D with their
+/// adjoints would take four times as long.
+struct Matrix {
+    /// Vertices that share an edge's four with each, the vertex itself first.
+    columns: Ragged<Index>,
+    /// In the order of `columns`.
+    values: Vec<f64>,
+    /// For each slot of [`Edges::at`], where in the row the edge's four vertices are.
+    places: Vec<[Index; 4]>,
+}
+
+/// Rows that are summed at a time.
+const RUN: usize = 1024;
+
+impl Matrix {
+    fn of(edges: &Edges) -> Self {
+        let mut columns = Ragged::default();
+        let mut places = Vec::with_capacity(edges.at.items().len());
+        let mut row = Vec::new();
+        for (v, slots) in (0..).zip(edges.at.iter()) {
+            row.clear();
+            row.push(v);
+            let others = slots.iter().flat_map(|&(e, _)| edges.vertices[e as usize]);
+            row.extend(others.filter(|w| *w != v));
+            row[1..].sort_unstable();
+            row.dedup();
+            let place = |w: Index| if w == v { 0 } else { 1 + row[1..].partition_point(|x| *x < w) as Index };
+            places.extend(slots.iter().map(|&(e, _)| edges.vertices[e as usize].map(place)));
+            columns.push(row.iter().copied());
+        }
+        Self { values: vec![0.0; columns.items().len()], columns, places }
+    }
+
+    /// Sums the rows for these weights and the D of `edges`.
+    fn assemble(&mut self, edges: &Edges, alpha: f64, beta: f64) {
+        let Self { columns, values, places } = self;
+        let count = columns.len();
+        let mut rest = &mut values[..];
+        let mut runs = Vec::with_capacity(count.div_ceil(RUN));
+        for start in (0..count).step_by(RUN) {
+            let end = (start + RUN).min(count);
+            let length = (start..end).map(|v| columns.get(v as Index).len()).sum();
+            let (run, after) = rest.split_at_mut(length);
+            runs.push((start..end, run));
+            rest = after;
+        }
+        runs.into_par_iter().for_each(|(vertices, mut values)| {
+            for v in vertices {
+                let (row, after) = values.split_at_mut(columns.get(v as Index).len());
+                values = after;
+                row.fill(0.0);
+                row[0] = 1.0;
+                let slots = edges.at.range(v as Index);
+                for (&(e, k), places) in edges.at.items()[slots.clone()].iter().zip(&places[slots]) {
+                    let (d, k) = (&edges.coefficients[e as usize], usize::from(k));
+                    let (fold, difference) = (alpha * FOLD[k], beta * d[k]);
+                    for j in 0..4 {
+                        row[places[j] as usize] += fold * FOLD[j] + difference * d[j];
+                    }
+                }
+            }
+        });
+    }
+
+    fn diagonal(&self) -> Vec<f64> {
+        (0..self.columns.len()).map(|v| self.values[self.columns.range(v as Index).start]).collect()
+    }
+
+    /// Row `v` times `x`.
+    fn times(&self, v: usize, x: &[DVec3]) -> DVec3 {
+        let row = self.columns.range(v as Index);
+        let entries = self.columns.items()[row.clone()].iter().zip(&self.values[row]);
+        entries.fold(DVec3::ZERO, |sum, (&w, value)| sum + *value * x[w as usize])
     }
 }
 
@@ -209,5 +277,26 @@ mod tests {
         assert_eq!(bend(0.0).0, 0);
         // The four edges along x = ½.
         assert_eq!(bend(0.3).0, 4);
+    }
+
+    #[test]
+    fn the_matrix_is_that_of_the_operators() {
+        let sphere = shapes::dented_sphere(2);
+        let faces = Faces::of(&sphere);
+        let points = sphere.positions();
+        let mut edges = Edges::of(&faces, points.len());
+        edges.measure(&faces, &Shapes::of(&faces, points), points);
+        let (alpha, beta) = (0.3, 7.0);
+        let mut matrix = Matrix::of(&edges);
+        // Twice: what was there before must be gone.
+        matrix.assemble(&edges, 1.0, 1.0);
+        matrix.assemble(&edges, alpha, beta);
+        let products: Vec<[DVec3; 2]> = (0..edges.vertices.len())
+            .map(|e| [alpha * edges.fold(points, e), beta * edges.difference(points, e)])
+            .collect();
+        for v in 0..points.len() {
+            let expected = points[v] + edges.gathered(&products, v);
+            assert!((matrix.times(v, points) - expected).length() < 1e-12, "{v}");
+        }
     }
 }

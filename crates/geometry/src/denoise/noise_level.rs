@@ -85,7 +85,7 @@ impl NoiseLevel {
     /// σ for a data term where the noise is of this kind, mean edges.
     pub(super) fn sigma_as(&self, kind: Kind) -> f64 {
         // Creases fill the tail even without noise.
-        let white = self.fine.max(self.tail).min(1.6 * self.fine) * (1.0 - self.detail(0.01)).sqrt();
+        let white = self.fine.max(self.tail).min(1.6 * self.fine);
         match kind {
             Kind::Correlated if self.is_rough() => 5.0 * self.excess(),
             Kind::Correlated => 1.5 * self.inflation() * white,
@@ -104,7 +104,7 @@ impl NoiseLevel {
         let white = self.fine * (1.0 - self.detail(0.005)).sqrt();
         if white < if self.is_rough() { LEAST_ROUGH } else { LEAST } || self.skew.abs() > LOPSIDED {
             Kind::None
-        } else if self.is_rough() || self.inflation() > 1.5 {
+        } else if self.is_rough() || self.inflation() > 2.5 {
             Kind::Correlated
         } else if self.tail > 1.3 * self.fine {
             Kind::Uneven

@@ -17,6 +17,7 @@ use super::faces::{Faces, Shapes};
 use super::vertex_update::{Updater, VertexUpdate};
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::{Index, Ragged};
+use crate::sparse::Csr;
 use crate::surface::Surface;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -80,6 +81,8 @@ fn filtered(
 ) -> Result<Vec<DVec3>, Cancelled> {
     let (fidelity, penalty) = (settings.fidelity / bend, PENALTY / bend);
     let (edges, lines) = (operators.edge_faces.len(), operators.lines.len());
+    let of_normals = operators.of_normals([fidelity, penalty]);
+    let of_field = operators.of_field();
     let mut normals = input.to_vec();
     let mut v = vec![DVec3::ZERO; edges];
     // What stands for ∇N − v and for E v, and the scaled multipliers.
@@ -88,13 +91,13 @@ fn filtered(
     let mut room = vec![DVec3::ZERO; lines];
     for done in 1..=settings.iterations {
         progress.check()?;
-        let wanted: Vec<DVec3> = (0..edges).map(|e| v[e] + jumps[e] - jump_duals[e]).collect();
-        normals = operators.solve_normals(&wanted, input, normals, [fidelity, penalty], progress)?;
+        let wanted: Vec<DVec3> = (0..edges).into_par_iter().map(|e| v[e] + jumps[e] - jump_duals[e]).collect();
+        normals = operators.solve_normals(&of_normals, &wanted, input, normals, [fidelity, penalty], progress)?;
         normals.par_iter_mut().zip(input).for_each(|(n, n0)| *n = n.try_normalize().unwrap_or(*n0));
         let gradient = operators.gradient(&normals);
-        let near: Vec<DVec3> = (0..edges).map(|e| gradient[e] - jumps[e] + jump_duals[e]).collect();
-        let wanted: Vec<DVec3> = (0..lines).map(|l| bends[l] - bend_duals[l]).collect();
-        v = operators.solve_field(&near, &wanted, v, progress)?;
+        let near: Vec<DVec3> = (0..edges).into_par_iter().map(|e| gradient[e] - jumps[e] + jump_duals[e]).collect();
+        let wanted: Vec<DVec3> = (0..lines).into_par_iter().map(|l| bends[l] - bend_duals[l]).collect();
+        v = operators.solve_field(&of_field, &near, &wanted, v, progress)?;
         jumps.par_iter_mut().zip(&mut jump_duals).enumerate().for_each(|(e, (jump, dual))| {
             let z = gradient[e] - v[e] + *dual;
             let weight = (-gradient[e].length_squared().powi(2)).exp();
@@ -176,48 +179,66 @@ impl Operators {
         });
     }
 
+    /// A face without area or neighbours would have no equation.
+    fn own(&self, face: usize, fidelity: f64) -> f64 {
+        fidelity * self.areas[face].max(1e-9)
+    }
+
+    /// Edges without length would have no equation either.
+    fn own_of_edge(&self, edge: usize) -> f64 {
+        self.edge_lengths[edge].max(1e-9)
+    }
+
+    /// β A + r ∇ᵀ l ∇. #T×T
+    fn of_normals(&self, [fidelity, penalty]: [f64; 2]) -> Csr {
+        let own = (0..self.areas.len()).map(|f| (f as Index, f as Index, self.own(f, fidelity)));
+        let sides = self.edge_faces.iter().zip(&self.edge_lengths).flat_map(move |(&[f, g], length)| {
+            let w = penalty * length;
+            [(f, f, w), (g, g, w), (f, g, -w), (g, f, -w)]
+        });
+        Csr::from_triplets(self.areas.len(), own.chain(sides))
+    }
+
+    /// l + Eᵀ l E. #E×E
+    fn of_field(&self) -> Csr {
+        let own = (0..self.edge_lengths.len()).map(|e| (e as Index, e as Index, self.own_of_edge(e)));
+        let ends = self
+            .lines
+            .iter()
+            .flat_map(|&([(d, s), (e, t)], w)| [(d, d, w), (e, e, w), (d, e, w * s * t), (e, d, w * s * t)]);
+        Csr::from_triplets(self.edge_lengths.len(), own.chain(ends))
+    }
+
     /// argmin_N β/2 Σ A |N − N⁰|² + r/2 Σ l |∇N − wanted|²
     fn solve_normals(
         &self,
+        matrix: &Csr,
         wanted: &[DVec3],
         input: &[DVec3],
         guess: Vec<DVec3>,
         [fidelity, penalty]: [f64; 2],
         progress: &dyn Progress,
     ) -> Result<Vec<DVec3>, Cancelled> {
-        // A face without area or neighbours would have no equation.
-        let own = |f: usize| fidelity * self.areas[f].max(1e-9);
         let right = |f: usize| {
             let sides = self.face_edges.get(f as Index).iter();
-            sides.fold(own(f) * input[f], |sum, &(e, sign)| {
+            sides.fold(self.own(f, fidelity) * input[f], |sum, &(e, sign)| {
                 sum + penalty * self.edge_lengths[e as usize] * sign * wanted[e as usize]
             })
         };
         let right: Vec<DVec3> = (0..input.len()).into_par_iter().map(right).collect();
-        let stiffness = |f: usize| self.face_edges.get(f as Index).iter().map(|s| self.edge_lengths[s.0 as usize]);
-        let diagonal = (0..input.len()).map(|f| own(f) + penalty * stiffness(f).sum::<f64>()).collect();
-        let system = |x: &[DVec3], out: &mut Vec<DVec3>| {
-            out.par_iter_mut().enumerate().with_min_len(1024).for_each(|(f, out)| {
-                *out = self.face_edges.get(f as Index).iter().fold(own(f) * x[f], |sum, &(e, sign)| {
-                    let [a, b] = self.edge_faces[e as usize];
-                    let difference = x[a as usize] - x[b as usize];
-                    sum + penalty * self.edge_lengths[e as usize] * sign * difference
-                });
-            });
-        };
-        solve(system, diagonal, &right, guess, INNER, progress)
+        let system = |x: &[DVec3], out: &mut Vec<DVec3>| matrix.times_into(x, out);
+        solve(system, matrix.diagonal(), &right, guess, INNER, progress)
     }
 
     /// argmin_v Σ l |v − near|² + Σ l |E v − wanted|²
     fn solve_field(
         &self,
+        matrix: &Csr,
         near: &[DVec3],
         wanted: &[DVec3],
         guess: Vec<DVec3>,
         progress: &dyn Progress,
     ) -> Result<Vec<DVec3>, Cancelled> {
-        // Edges without length would have no equation either.
-        let own = |e: usize| self.edge_lengths[e].max(1e-9);
         let adjoint = |of_lines: &[DVec3], e: usize| {
             self.edge_lines
                 .get(e as Index)
@@ -225,19 +246,9 @@ impl Operators {
                 .fold(DVec3::ZERO, |sum, &(l, sign)| sum + self.lines[l as usize].1 * sign * of_lines[l as usize])
         };
         let right: Vec<DVec3> =
-            (0..near.len()).into_par_iter().map(|e| own(e) * near[e] + adjoint(wanted, e)).collect();
-        let lengths = |e: usize| self.edge_lines.get(e as Index).iter().map(|line| self.lines[line.0 as usize].1);
-        let diagonal = (0..near.len()).map(|e| own(e) + lengths(e).sum::<f64>()).collect();
-        let mut room = vec![DVec3::ZERO; self.lines.len()];
-        let system = |x: &[DVec3], out: &mut Vec<DVec3>| {
-            self.second_differences(x, &mut room);
-            let room = &room;
-            out.par_iter_mut()
-                .enumerate()
-                .with_min_len(1024)
-                .for_each(|(e, out)| *out = own(e) * x[e] + adjoint(room, e));
-        };
-        solve(system, diagonal, &right, guess, INNER, progress)
+            (0..near.len()).into_par_iter().map(|e| self.own_of_edge(e) * near[e] + adjoint(wanted, e)).collect();
+        let system = |x: &[DVec3], out: &mut Vec<DVec3>| matrix.times_into(x, out);
+        solve(system, matrix.diagonal(), &right, guess, INNER, progress)
     }
 }
 

@@ -98,6 +98,14 @@ impl Candidate {
         }
     }
 
+    /// Whether it may be mixed with another one. Linear smoothing blurs the creases that priors with creases make, and where
+    /// it leaves much noise its risk is known worst: such a pair looks best by chance if ever.
+    pub(super) fn mixes_with(self, other: Self) -> bool {
+        let has_creases = |c: Self| matches!(c, Self::Flat | Self::Sharp | Self::Creases);
+        let is_linear = |c: Self| matches!(c.way(), Way::Linear { .. });
+        !(has_creases(self) && is_linear(other) || is_linear(self) && has_creases(other))
+    }
+
     /// Ways of the vertices from `input`; `start` is the input smoothed. #V×3, model units.
     pub(super) fn ways(
         self,

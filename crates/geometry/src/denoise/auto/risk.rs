@@ -15,8 +15,8 @@ use glam::DVec3;
 pub(super) struct Seen {
     /// A (y − p). #T×3
     residuals: Vec<DVec3>,
-    /// 2σ² (A b)·(A dy). #T
-    divergences: Vec<f64>,
+    /// 2σ² (A b)·(A dy) for each probe. #probes×T
+    divergences: Vec<Vec<f64>>,
 }
 
 /// What is the same for all results.
@@ -31,9 +31,15 @@ pub(super) struct Judge<'a> {
 }
 
 impl Seen {
-    /// Risk at each triangle, square unit length. #T
+    /// Risk at each triangle, the mean over the probes, square unit length. #T
     pub(super) fn risks(&self) -> Vec<f64> {
-        self.residuals.iter().zip(&self.divergences).map(|(r, d)| r.length_squared() + d).collect()
+        let mean = |f: usize| self.divergences.iter().map(|of| of[f]).sum::<f64>() / self.divergences.len() as f64;
+        self.residuals.iter().enumerate().map(|(f, r)| r.length_squared() + mean(f)).collect()
+    }
+
+    /// The same for one of the probes; those with few start anew.
+    fn divergences(&self, probe: usize) -> &[f64] {
+        &self.divergences[probe % self.divergences.len()]
     }
 }
 
@@ -45,24 +51,30 @@ impl Judge<'_> {
             self.linear.change(self.net, ways, &mut out);
             out
         };
-        let mut divergences = vec![0.0; self.net.faces.len()];
-        let share = self.variance / responses.len() as f64;
-        for (response, probe) in responses.iter().zip(probes) {
-            let (turned, probe) = (changed(response), changed(probe));
-            divergences.iter_mut().zip(turned.iter().zip(&probe)).for_each(|(sum, (a, b))| *sum += share * a.dot(*b));
-        }
-        Seen { residuals: changed(ways), divergences }
+        let turned = |(response, probe): (&Vec<DVec3>, &Vec<DVec3>)| -> Vec<f64> {
+            let (response, probe) = (changed(response), changed(probe));
+            response.iter().zip(&probe).map(|(a, b)| self.variance * a.dot(*b)).collect()
+        };
+        Seen { residuals: changed(ways), divergences: responses.iter().zip(probes).map(turned).collect() }
     }
 
-    /// Risk of the mean of two results minus a reference risk (#T, square unit length), square degrees. Slivers count by their area, and the least and
-    /// the largest are left out: faces that have turned over say nothing.
-    pub(super) fn difference(&self, [a, b]: [&Seen; 2], reference: &[f64]) -> f64 {
+    /// Risk of the mean of two results minus a reference risk (#T, square unit length), square degrees, the mean over the
+    /// probes.
+    pub(super) fn difference(&self, pair: [&Seen; 2], reference: &[f64]) -> f64 {
+        let probes = pair.map(|seen| seen.divergences.len()).into_iter().fold(1, usize::max);
+        (0..probes).map(|probe| self.by_one_probe(pair, reference, probe)).sum::<f64>() / probes as f64
+    }
+
+    /// Slivers count by their area, and the least and the largest are left out: faces that have turned over say nothing.
+    /// Those are others for each probe.
+    fn by_one_probe(&self, [a, b]: [&Seen; 2], reference: &[f64], probe: usize) -> f64 {
         const TRIMMED: f64 = 0.02;
         let count = self.net.faces.len();
         let mean_area = self.linear.areas.iter().sum::<f64>() / count.max(1) as f64;
+        let [of_a, of_b] = [a, b].map(|seen| seen.divergences(probe));
         let one = |f: usize| {
             let mean = 0.5 * (a.residuals[f] + b.residuals[f]);
-            let risk = mean.length_squared() + 0.5 * (a.divergences[f] + b.divergences[f]);
+            let risk = mean.length_squared() + 0.5 * (of_a[f] + of_b[f]);
             (risk - reference[f]) * (self.linear.areas[f] / mean_area).min(1.0)
         };
         let mut values: Vec<f64> = (0..count).map(one).collect();

@@ -96,7 +96,7 @@ impl Trial<'_> {
             tried.push(Tried { responses: vec![response(&ways, &moved, 1)], ways });
         }
         let judge = self.judge(candidates, &tried);
-        let mut shares = mixture(&judge, &tried, &probes, &every);
+        let mut shares = mixture(&judge, candidates, &tried, &probes);
         if count > 1 {
             let alive: Vec<usize> = every.iter().copied().filter(|&k| shares.1[k] <= BEHIND).collect();
             let jobs = jobs(&alive, 2..count + 1);
@@ -104,14 +104,11 @@ impl Trial<'_> {
                 let response = response(&tried[*candidate].ways, &moved, *k);
                 tried[*candidate].responses.push(response);
             }
-            shares = mixture(&judge, &tried, &probes, &alive);
+            // All are judged again: trimming is against the mean of the same results as before.
+            shares = mixture(&judge, candidates, &tried, &probes);
         }
         let found = candidates.iter().zip(shares.0).zip(shares.1);
-        let share = |((&candidate, share), behind)| Share {
-            candidate,
-            share,
-            behind: Some(behind).filter(|x: &f64| x.is_finite()),
-        };
+        let share = |((&candidate, share), behind)| Share { candidate, share, behind: Some(behind) };
         Ok((found.map(share).collect(), tried.into_iter().map(|tried| tried.ways).collect()))
     }
 
@@ -151,13 +148,19 @@ fn jobs(candidates: &[usize], given: std::ops::Range<usize>) -> Vec<(usize, usiz
     candidates.iter().flat_map(|&c| given.clone().map(move |k| (c, k))).collect()
 }
 
-/// Shares of those that are still `alive`, and how far behind each is in the best of its pairs, square degrees.
-fn mixture(judge: &Judge, tried: &[Tried], probes: &[Vec<DVec3>], alive: &[usize]) -> (Vec<f64>, Vec<f64>) {
-    let seen: Vec<Seen> = alive.par_iter().map(|&k| judge.see(&tried[k].ways, &tried[k].responses, probes)).collect();
+/// Shares of the candidates, and how far behind each is in the best of its pairs, square degrees.
+fn mixture(
+    judge: &Judge,
+    candidates: &[Candidate],
+    tried: &[Tried],
+    probes: &[Vec<DVec3>],
+) -> (Vec<f64>, Vec<f64>) {
+    let seen: Vec<Seen> = tried.par_iter().map(|tried| judge.see(&tried.ways, &tried.responses, probes)).collect();
     let all: Vec<Vec<f64>> = seen.iter().map(Seen::risks).collect();
     let mean = |f: usize| all.iter().map(|risks| risks[f]).sum::<f64>() / all.len() as f64;
     let reference: Vec<f64> = (0..judge.net.faces.len()).map(mean).collect();
-    let pairs: Vec<[usize; 2]> = (0..seen.len()).flat_map(|a| (a..seen.len()).map(move |b| [a, b])).collect();
+    let all_pairs = (0..seen.len()).flat_map(|a| (a..seen.len()).map(move |b| [a, b]));
+    let pairs: Vec<[usize; 2]> = all_pairs.filter(|[a, b]| candidates[*a].mixes_with(candidates[*b])).collect();
     let risk = |[a, b]: &[usize; 2]| judge.difference([&seen[*a], &seen[*b]], &reference);
     let risks: Vec<f64> = pairs.par_iter().map(risk).collect();
     let least = risks.iter().copied().fold(f64::INFINITY, f64::min);
@@ -166,7 +169,7 @@ fn mixture(judge: &Judge, tried: &[Tried], probes: &[Vec<DVec3>], alive: &[usize
     let mut total = 0.0;
     for (pair, risk) in pairs.iter().zip(risks) {
         let weight = (-(risk - least) / TEMPERATURE).exp();
-        for k in pair.map(|k| alive[k]) {
+        for &k in pair {
             shares[k] += weight / 2.0;
             behind[k] = behind[k].min(risk - least);
         }
