@@ -149,17 +149,20 @@ impl Guidance {
             *difference = normal(f).distance(normal(g));
         });
         let differences = &self.differences;
-        self.patches.par_iter_mut().enumerate().with_min_len(256).for_each_init(SideBySide::default, |normals, (f, out)| {
-            normals.clear();
-            let mut mean = DVec3::ZERO;
-            for &g in patches.members.get(f as Index) {
-                mean += normal(g) * shapes.areas[g as usize];
-                normals.push(normal(g));
-            }
-            let inner = patches.inner.get(f as Index).iter().map(|&e| differences[e as usize]);
-            let (largest, sum) = inner.fold((0.0, 0.0), |(largest, sum), d| (larger(largest, d), sum + d));
-            *out = (normals.widest() * largest / (sum + 1e-9), mean.normalize_or_zero());
-        });
+        self.patches.par_iter_mut().enumerate().with_min_len(256).for_each_init(
+            SideBySide::default,
+            |normals, (f, out)| {
+                normals.clear();
+                let mut mean = DVec3::ZERO;
+                for &g in patches.members.get(f as Index) {
+                    mean += normal(g) * shapes.areas[g as usize];
+                    normals.push(normal(g));
+                }
+                let inner = patches.inner.get(f as Index).iter().map(|&e| differences[e as usize]);
+                let (largest, sum) = inner.fold((0.0, 0.0), |(largest, sum), d| (larger(largest, d), sum + d));
+                *out = (normals.widest() * largest / (sum + 1e-9), mean.normalize_or_zero());
+            },
+        );
         let found = &self.patches;
         self.normals.par_iter_mut().enumerate().with_min_len(1024).for_each(|(f, out)| {
             let mut best = (f64::INFINITY, DVec3::ZERO);

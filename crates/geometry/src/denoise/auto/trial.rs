@@ -149,12 +149,7 @@ fn jobs(candidates: &[usize], given: std::ops::Range<usize>) -> Vec<(usize, usiz
 }
 
 /// Shares of the candidates, and how far behind each is in the best of its pairs, square degrees.
-fn mixture(
-    judge: &Judge,
-    candidates: &[Candidate],
-    tried: &[Tried],
-    probes: &[Vec<DVec3>],
-) -> (Vec<f64>, Vec<f64>) {
+fn mixture(judge: &Judge, candidates: &[Candidate], tried: &[Tried], probes: &[Vec<DVec3>]) -> (Vec<f64>, Vec<f64>) {
     let seen: Vec<Seen> = tried.par_iter().map(|tried| judge.see(&tried.ways, &tried.responses, probes)).collect();
     let all: Vec<Vec<f64>> = seen.iter().map(Seen::risks).collect();
     let mean = |f: usize| all.iter().map(|risks| risks[f]).sum::<f64>() / all.len() as f64;
