@@ -1,12 +1,12 @@
 //! Files in, a picture out, or a window.
 
 use crate::args::Args;
+use crate::terminal::Terminal;
 use crate::timings;
 use image::{ImageFormat, RgbaImage};
 use planish_geometry::colormap::Colormap;
 use planish_geometry::metrics::Triangles;
 use planish_geometry::obj::Obj;
-use planish_geometry::progress::Silent;
 use planish_viewer::errors;
 use planish_viewer::gpu::{Backend, Gpu, NoGpu};
 use planish_viewer::open::{self, BadFile, Opened};
@@ -99,7 +99,12 @@ fn scene(args: &Args, mut settings: Settings) -> Result<(Scene, Settings), Failu
     if settings.shading == Shading::Heat && args.scalars.is_none() && args.clean.is_none() {
         return Err(Failure::Usage("heat shading needs numbers: --scalars IN.txt or --clean CLEAN.obj".to_owned()));
     }
-    let Opened { model, mut scene, manifest, warnings, .. } = open::open(&args.files()?, &settings, &Silent)?;
+    let Opened { model, mut scene, manifest, warnings, .. } = {
+        let terminal = Terminal::new();
+        let opened = open::open(&args.files()?, &settings, &terminal);
+        terminal.clear();
+        opened?
+    };
     warnings.iter().for_each(|text| warn(text));
     if let Some(manifest) = manifest.filter(|_| args.settings.is_none() && args.lambda.is_none()) {
         settings.displace.lambda = manifest.displacement.lambda as f32;

@@ -2,6 +2,7 @@
 
 mod args;
 mod headless;
+mod terminal;
 mod timings;
 
 use clap::Parser;
