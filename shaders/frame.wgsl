@@ -1,4 +1,4 @@
-// Bind group 0: what is the same for the whole picture. Colours are linear unless said otherwise.
+// Bind group 0: what is the same for the whole picture. Choices (SHADING and so on) are constants that are put in front. Colours are linear unless said otherwise.
 struct Light {
     // Towards the light (w = 0), or where it is (w = 1); world space.
     place: vec4f,
@@ -27,37 +27,35 @@ struct Frame {
     ground: vec3f,
     exponent: f32,
     base_colour: vec3f,
-    shading: u32,
+    // Of overlays, pixels.
+    line_width: f32,
     checker_light: vec3f,
     checker_squares: f32,
     checker_dark: vec3f,
-    overlay: u32,
+    // How much of the normal map shows.
+    normal_strength: f32,
     // sRGB, as stored.
     background_top: vec3f,
-    sampling: u32,
+    // 1 where the scene has numbers to show.
+    has_heat: u32,
     // sRGB, as stored.
     background_bottom: vec3f,
-    normals: u32,
+    // Bits: HAS_NORMAL_MAP and HAS_HEIGHTS_IN_UV.
+    has: u32,
     heat_low: f32,
     heat_high: f32,
     heat_relief: f32,
-    // 1 where the scene has numbers to show.
-    has_heat: u32,
-    // Bits: 1 texture, 2 normal map, 4 a map of heights in texture coordinates.
-    has: u32,
-    // Of overlays, pixels.
-    line_width: f32,
-    // How much of the normal map shows.
-    normal_strength: f32,
+    // Per world unit.
+    vein_frequency: f32,
+    vein_colour: vec3f,
     _pad: f32,
     lights: array<Light, 4>,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 
-const HAS_TEXTURE = 1u;
-const HAS_NORMAL_MAP = 2u;
-const HAS_HEIGHTS_IN_UV = 4u;
+const HAS_NORMAL_MAP = 1u;
+const HAS_HEIGHTS_IN_UV = 2u;
 
 /// Unit vector to the eye.
 fn to_eye(position: vec3f) -> vec3f {

@@ -6,8 +6,8 @@ struct Incoming {
     radiance: vec3f,
 }
 
-/// Light of one lamp at a place.
-fn incoming(light: Light, position: vec3f) -> Incoming {
+/// Light of one lamp at a place, if nothing is in the way.
+fn arriving(light: Light, position: vec3f) -> Incoming {
     let way = light.place.xyz - light.place.w * position;
     let direction = normalize(way);
     // The intensity of a lamp that is somewhere falls with the square of the distance.
@@ -17,12 +17,20 @@ fn incoming(light: Light, position: vec3f) -> Incoming {
     return Incoming(direction, light.radiance * (reach * cone));
 }
 
+/// Light of the i-th lamp at a place on a surface. What faces away from it gets none, and need not be looked for in its map.
+fn incoming(i: u32, position: vec3f, normal: vec3f) -> Incoming {
+    var light = arriving(frame.lights[i], position);
+    if dot(normal, light.direction) > 0.0 {
+        light.radiance *= unshadowed(i, position, normal, light.direction);
+    }
+    return light;
+}
+
 /// Light that arrives, in units of what makes a white surface white.
 fn irradiance(position: vec3f, normal: vec3f) -> vec3f {
-    let above = 0.5 + 0.5 * dot(normal, frame.up_in_world);
-    var sum = mix(frame.ground, frame.sky, above);
+    var sum = ambient(normal);
     for (var i = 0u; i < frame.light_count; i++) {
-        let light = incoming(frame.lights[i], position);
+        let light = incoming(i, position, normal);
         sum += max(dot(normal, light.direction), 0.0) * light.radiance;
     }
     return sum;
@@ -31,15 +39,18 @@ fn irradiance(position: vec3f, normal: vec3f) -> vec3f {
 /// Blinn-Phong: what is scattered evenly, plus highlights (Blinn 1977).
 fn lit(base: vec3f, position: vec3f, normal: vec3f) -> vec3f {
     let eye = to_eye(position);
+    var scattered = ambient(normal);
     var highlights = vec3f(0.0);
     for (var i = 0u; i < frame.light_count; i++) {
-        let light = incoming(frame.lights[i], position);
+        let light = incoming(i, position, normal);
         let half_way = normalize(light.direction + eye);
-        if dot(normal, light.direction) > 0.0 {
+        let cosine = dot(normal, light.direction);
+        scattered += max(cosine, 0.0) * light.radiance;
+        if cosine > 0.0 {
             highlights += pow(max(dot(normal, half_way), 0.0), frame.exponent) * light.radiance;
         }
     }
-    return base * irradiance(position, normal) + frame.specular * highlights;
+    return mirroring(base * scattered, normal, eye) + frame.specular * highlights;
 }
 
 /// Clay in a studio: depends on the normal as the eye sees it alone.

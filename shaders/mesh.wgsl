@@ -5,8 +5,8 @@ struct Corner {
     @location(1) normal: vec3f,
     @location(2) tangent: vec4f,
     @location(3) uv: vec2f,
-    // The number and the magnitude of the map.
-    @location(4) numbers: vec2f,
+    // For a heat map.
+    @location(4) number: f32,
     @location(5) lit: vec3f,
     @location(6) barycentric: vec3f,
     // Share of the corners that have a number, and a texture coordinate.
@@ -17,61 +17,79 @@ struct Corner {
     @location(11) @interpolate(flat) sides: u32,
 }
 
+/// Above the sides: the triangle has a texture.
+const TEXTURED = 64u;
+
 /// With `SHADING_BUMP` the slope of the heights is seen, and so the vertices stay.
-fn place(v: Vertex) -> vec3f {
-    if frame.shading == SHADING_BUMP {
-        return v.position;
+fn place(i: u32) -> vec3f {
+    if SHADING == SHADING_BUMP {
+        return vertices[i].position;
     }
-    return displaced(v);
+    return displaced(i);
 }
 
 fn uses_normal_map() -> bool {
-    let wanted = frame.normals == NORMALS_MAP || frame.shading == SHADING_NORMAL_MAP;
+    let wanted = NORMALS == NORMALS_MAP || SHADING == SHADING_NORMAL_MAP;
     return wanted && (frame.has & HAS_NORMAL_MAP) != 0u;
 }
 
 @vertex
 fn vs_mesh(@builtin(vertex_index) corner: u32) -> Corner {
     let wedge = wedges[wedge_of(corner)];
-    let v = vertices[wedge.vertex];
+    let i = wedge.vertex;
     let k = corner % 3u;
     let first = corner - k;
     var out: Corner;
-    out.position = place(v);
+    out.position = place(i);
     out.clip = frame.clip_from_world * vec4f(out.position, 1.0);
-    let derived = derived_normals[wedge.vertex].xyz;
     out.normal = wedge.normal;
-    if frame.normals == NORMALS_DERIVED && any(derived != vec3f(0.0)) {
-        out.normal = derived;
-    } else if uses_normal_map() && any(v.normal != vec3f(0.0)) {
+    if NORMALS == NORMALS_DERIVED {
+        let derived = derived_normals[i].xyz;
+        if any(derived != vec3f(0.0)) {
+            out.normal = derived;
+        }
+    } else if uses_normal_map() && any(vertices[i].normal != vec3f(0.0)) {
         // A normal map is relative to the normals that the map displaces along.
-        out.normal = v.normal;
+        out.normal = vertices[i].normal;
     }
     out.tangent = wedge.tangent;
     out.uv = wedge.uv;
-    out.numbers = vec2f(v.number, magnitude(v));
-    out.has = vec2f(v.has_number, wedge.has_uv);
+    out.has = vec2f(0.0, wedge.has_uv);
+    if SHADING == SHADING_HEIGHT {
+        out.number = magnitude(i);
+    } else if SHADING == SHADING_HEAT {
+        out.number = extras[i].number;
+        out.has.x = extras[i].has_number;
+    }
     out.barycentric = select(vec3f(0.0), vec3f(1.0), vec3u(0u, 1u, 2u) == vec3u(k));
     out.sides = side_of(first) | (side_of(first + 1u) << 2u) | (side_of(first + 2u) << 4u);
+    out.sides |= select(0u, TEXTURED, is_textured(first));
+    // Three vertices more are a price that not every picture has to pay.
+    if SHADING == SHADING_FLAT || SHADING == SHADING_GOURAUD || SHADING == SHADING_BUMP || all(out.normal == vec3f(0.0)) {
+        set_plane(&out, first);
+    }
+    if SHADING == SHADING_GOURAUD {
+        let side = select(1.0, -1.0, dot(out.face_normal, to_eye(out.position)) < 0.0);
+        out.lit = lit(frame.base_colour, out.position, side * out.normal);
+    }
+    return out;
+}
 
+/// Of the triangle whose corners begin at `first`.
+fn set_plane(out: ptr<function, Corner>, first: u32) {
     let ring = array(wedges[wedge_of(first)], wedges[wedge_of(first + 1u)], wedges[wedge_of(first + 2u)]);
-    let a = place(vertices[ring[0].vertex]);
-    let b = place(vertices[ring[1].vertex]) - a;
-    let c = place(vertices[ring[2].vertex]) - a;
+    let a = place(ring[0].vertex);
+    let b = place(ring[1].vertex) - a;
+    let c = place(ring[2].vertex) - a;
     let across = cross(b, c);
-    out.face_normal = select(vec3f(0.0), normalize(across), any(across != vec3f(0.0)));
+    (*out).face_normal = select(vec3f(0.0), normalize(across), any(across != vec3f(0.0)));
     // How the surface runs with u and v, by Cramer's rule.
     let s = ring[1].uv - ring[0].uv;
     let t = ring[2].uv - ring[0].uv;
     let area = s.x * t.y - s.y * t.x;
     let unit = select(0.0, 1.0 / area, area != 0.0);
-    out.dp_du = (t.y * b - s.y * c) * unit;
-    out.dp_dv = (s.x * c - t.x * b) * unit;
-    if frame.shading == SHADING_GOURAUD {
-        let side = select(1.0, -1.0, dot(out.face_normal, to_eye(out.position)) < 0.0);
-        out.lit = lit(frame.base_colour, out.position, side * out.normal);
-    }
-    return out;
+    (*out).dp_du = (t.y * b - s.y * c) * unit;
+    (*out).dp_dv = (s.x * c - t.x * b) * unit;
 }
 
 /// Normal under a height d over the surface: ∂p'/∂u × ∂p'/∂v with ∂p'/∂u = ∂p/∂u + ∂d/∂u n (Pharr, Jakob, Humphreys,
@@ -97,14 +115,14 @@ fn mapped(in: Corner, strength: f32) -> vec3f {
 /// Unit normal, outwards.
 fn shading_normal(in: Corner) -> vec3f {
     let has_uv = in.has.y > 0.999;
-    if frame.shading == SHADING_FLAT {
+    if SHADING == SHADING_FLAT {
         return in.face_normal;
     }
     if uses_normal_map() && has_uv {
         return mapped(in, frame.normal_strength);
     }
     let normal = select(in.face_normal, normalize(in.normal), any(in.normal != vec3f(0.0)));
-    if frame.shading == SHADING_BUMP && (frame.has & HAS_HEIGHTS_IN_UV) != 0u && has_uv {
+    if SHADING == SHADING_BUMP && (frame.has & HAS_HEIGHTS_IN_UV) != 0u && has_uv {
         return bumped(in, normal);
     }
     return normal;
@@ -115,7 +133,7 @@ fn line_cover(in: Corner, distances: vec3f) -> f32 {
     var cover = 0.0;
     for (var k = 0u; k < 3u; k++) {
         let side = (in.sides >> (2u * k)) & 3u;
-        let drawn = select(side == SIDE_SEAM, side != SIDE_DIAGONAL, frame.overlay == OVERLAY_WIREFRAME);
+        let drawn = select(side == SIDE_SEAM, side != SIDE_DIAGONAL, OVERLAY == OVERLAY_WIREFRAME);
         // The side from corner k lies opposite the corner before it.
         let distance = distances[(k + 2u) % 3u];
         cover = max(cover, select(0.0, clamp(0.5 * frame.line_width + 0.5 - distance, 0.0, 1.0), drawn));
@@ -133,7 +151,7 @@ fn fs_mesh(in: Corner, @builtin(front_facing) front: bool) -> @location(0) vec4f
     let normal = side * outwards;
     let has_uv = in.has.y > 0.999;
     var colour: vec3f;
-    switch frame.shading {
+    switch SHADING {
         case SHADING_GOURAUD: {
             colour = in.lit;
         }
@@ -144,9 +162,8 @@ fn fs_mesh(in: Corner, @builtin(front_facing) front: bool) -> @location(0) vec4f
             colour = linear_from_srgb(0.5 * outwards + 0.5);
         }
         case SHADING_HEIGHT, SHADING_HEAT: {
-            let t = (select(in.numbers.x, in.numbers.y, frame.shading == SHADING_HEIGHT) - frame.heat_low)
-                / (frame.heat_high - frame.heat_low);
-            let known = frame.has_heat != 0u && (frame.shading == SHADING_HEIGHT || in.has.x > 0.999);
+            let t = (in.number - frame.heat_low) / (frame.heat_high - frame.heat_low);
+            let known = frame.has_heat != 0u && (SHADING == SHADING_HEIGHT || in.has.x > 0.999);
             let base = select(frame.base_colour, heat_colour(t), known);
             colour = base * mix(vec3f(1.0), irradiance(in.position, normal), frame.heat_relief);
         }
@@ -157,16 +174,20 @@ fn fs_mesh(in: Corner, @builtin(front_facing) front: bool) -> @location(0) vec4f
             colour = lit(base, in.position, normal);
         }
         case SHADING_TEXTURE: {
-            let textured = (frame.has & HAS_TEXTURE) != 0u && has_uv;
+            let textured = (in.sides & TEXTURED) != 0u && has_uv;
             let base = select(frame.base_colour, colour_at(in.uv, duv_dx, duv_dy), textured);
+            colour = lit(base, in.position, normal);
+        }
+        case SHADING_MARBLE: {
+            let base = mix(frame.base_colour, frame.vein_colour, vein(frame.vein_frequency * in.position));
             colour = lit(base, in.position, normal);
         }
         default: {
             colour = lit(frame.base_colour, in.position, normal);
         }
     }
-    if frame.overlay != OVERLAY_NONE {
-        let line = select(vec3f(0.02, 0.02, 0.025), vec3f(0.9, 0.2, 0.02), frame.overlay == OVERLAY_SEAMS);
+    if OVERLAY != OVERLAY_NONE {
+        let line = select(vec3f(0.02, 0.02, 0.025), vec3f(0.9, 0.2, 0.02), OVERLAY == OVERLAY_SEAMS);
         colour = mix(colour, line, line_cover(in, in.barycentric / widths));
     }
     return vec4f(colour, 1.0);

@@ -1,10 +1,9 @@
 // Where the vertices go, and the normals there. Twin of `Relief::normals`.
 @group(3) @binding(0) var<storage, read_write> places: array<vec4f>;
 @group(3) @binding(1) var<storage, read_write> normals: array<vec4f>;
-// The ring of vertex i lies from ring_starts[i] to ring_starts[i + 1].
-@group(3) @binding(2) var<storage, read> ring_starts: array<u32>;
-// The other two corners of the triangles around a vertex, counter-clockwise.
-@group(3) @binding(3) var<storage, read> rings: array<vec2u>;
+// One more than there are vertices: where the ring of each begins in this array, and ends. Then pairs: the other two corners
+// of the triangles around a vertex, counter-clockwise.
+@group(3) @binding(2) var<storage, read> rings: array<u32>;
 
 /// Vertices in rows of 65,535 groups of 64, as many as there may be in one direction.
 fn vertex_index(group: vec3u, local: u32) -> u32 {
@@ -15,7 +14,7 @@ fn vertex_index(group: vec3u, local: u32) -> u32 {
 fn cs_positions(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
     let i = vertex_index(group, local);
     if i < arrayLength(&vertices) {
-        places[i] = vec4f(displaced(vertices[i]), 1.0);
+        places[i] = vec4f(displaced(i), 1.0);
     }
 }
 
@@ -27,9 +26,9 @@ fn cs_normals(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_ind
     }
     let p = places[i].xyz;
     var sum = vec3f(0.0);
-    for (var k = ring_starts[i]; k < ring_starts[i + 1u]; k++) {
-        let a = places[rings[k].x].xyz - p;
-        let b = places[rings[k].y].xyz - p;
+    for (var k = rings[i]; k < rings[i + 1u]; k += 2u) {
+        let a = places[rings[k]].xyz - p;
+        let b = places[rings[k + 1u]].xyz - p;
         let across = cross(a, b);
         let size = length(across);
         if size > 0.0 {

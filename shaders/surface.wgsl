@@ -7,6 +7,10 @@ struct Vertex {
     // Unit; what the map displaces along.
     normal: vec3f,
     texel: u32,
+}
+
+// What not every picture needs of a vertex, in a buffer of its own: the size of one buffer is limited.
+struct Extra {
     // Unit tangent, and the side of the bitangent.
     tangent: vec4f,
     uv: vec2f,
@@ -28,11 +32,12 @@ struct Wedge {
 }
 
 @group(2) @binding(0) var<storage, read> vertices: array<Vertex>;
-@group(2) @binding(1) var<storage, read> wedges: array<Wedge>;
-// Three a triangle: the wedge, and above it what lies along the side to the next corner.
-@group(2) @binding(2) var<storage, read> corners: array<u32>;
+@group(2) @binding(1) var<storage, read> extras: array<Extra>;
+@group(2) @binding(2) var<storage, read> wedges: array<Wedge>;
+// Three a triangle: the wedge, above it what lies along the side to the next corner, and whether the triangle has a texture.
+@group(2) @binding(3) var<storage, read> corners: array<u32>;
 // Of the displaced surface, from `cs_normals`.
-@group(2) @binding(3) var<storage, read> derived_normals: array<vec4f>;
+@group(2) @binding(4) var<storage, read> derived_normals: array<vec4f>;
 
 const PLACE_NONE = 0u;
 const PLACE_UV = 1u;
@@ -46,38 +51,44 @@ fn wedge_of(corner: u32) -> u32 {
 }
 
 fn side_of(corner: u32) -> u32 {
-    return corners[corner] >> WEDGE_BITS;
+    return (corners[corner] >> WEDGE_BITS) & 3u;
 }
 
-/// What the map says at a vertex, model units: the height in x, or a vector.
-fn offset_at(v: Vertex) -> vec3f {
-    if v.place == PLACE_UV {
-        return offset_from_texel(texel_at(v.uv));
+fn is_textured(corner: u32) -> bool {
+    return (corners[corner] >> (WEDGE_BITS + 2u)) != 0u;
+}
+
+/// What the map says at the i-th vertex, model units: the height in x, or a vector.
+fn offset_at(i: u32) -> vec3f {
+    if vertices[i].place == PLACE_UV {
+        return offset_from_texel(texel_at(extras[i].uv));
     }
-    return offset_from_texel(texel_of(v.texel));
+    return offset_from_texel(texel_of(vertices[i].texel));
 }
 
 /// p' = p − λ · height · n, or p − λ · δ with a map of vectors. A vertex that samples nowhere stays.
-fn displaced(v: Vertex) -> vec3f {
+fn displaced(i: u32) -> vec3f {
+    let v = vertices[i];
     if v.place == PLACE_NONE {
         return v.position;
     }
-    let offset = offset_at(v);
+    let offset = offset_at(i);
     if displacement.kind == KIND_SCALAR {
         return displaced_position(v.position, v.normal, offset.x);
     }
     var axes = mat3x3f(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
     if displacement.kind == KIND_VECTOR_TANGENT {
-        axes = mat3x3f(v.tangent.xyz, cross(v.normal, v.tangent.xyz) * v.tangent.w, v.normal);
+        let tangent = extras[i].tangent;
+        axes = mat3x3f(tangent.xyz, cross(v.normal, tangent.xyz) * tangent.w, v.normal);
     }
     return displaced_by_vector(v.position, axes, offset);
 }
 
 /// What a heat map of the map itself shows.
-fn magnitude(v: Vertex) -> f32 {
-    if v.place == PLACE_NONE {
+fn magnitude(i: u32) -> f32 {
+    if vertices[i].place == PLACE_NONE {
         return 0.0;
     }
-    let offset = offset_at(v);
+    let offset = offset_at(i);
     return select(length(offset), offset.x, displacement.kind == KIND_SCALAR);
 }

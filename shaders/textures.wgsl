@@ -39,13 +39,13 @@ fn bicubic(uv: vec2f) -> vec3f {
 
 /// Linear RGB; derivatives of uv over the picture choose the level of detail.
 fn colour_at(uv: vec2f, dx: vec2f, dy: vec2f) -> vec3f {
-    if frame.sampling == SAMPLING_BICUBIC {
+    if SAMPLING == SAMPLING_BICUBIC {
         return bicubic(uv);
     }
-    if frame.sampling == SAMPLING_NEAREST {
+    if SAMPLING == SAMPLING_NEAREST {
         return colour_texel(vec2i(floor(fract(flipped(uv)) * vec2f(textureDimensions(colour_map)))));
     }
-    if frame.sampling == SAMPLING_BILINEAR {
+    if SAMPLING == SAMPLING_BILINEAR {
         return textureSampleLevel(colour_map, colour_sampler, flipped(uv), 0.0).rgb;
     }
     // Flipping v turns its derivatives over.

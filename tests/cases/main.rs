@@ -3,6 +3,8 @@
 #[cfg(test)]
 mod data;
 #[cfg(test)]
+mod equivalent;
+#[cfg(test)]
 mod layouts;
 #[cfg(test)]
 mod oracle;

@@ -4,14 +4,12 @@ mod args;
 mod commands;
 mod console;
 mod csv;
-mod failure;
-mod input;
-mod output;
 
 use args::{Cli, Command};
 use clap::{CommandFactory as _, Parser as _};
 use console::Console;
-use failure::Failure;
+use planish_files::failure::Failure;
+use planish_files::{failure, input, output};
 use std::ffi::OsString;
 use std::process::ExitCode;
 

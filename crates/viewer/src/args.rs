@@ -1,21 +1,25 @@
 //! The command line.
 
 use crate::headless::Failure;
-use clap::Parser;
+use clap::{Parser, ValueEnum};
+use planish_geometry::metrics::Heat;
+use planish_viewer::environment::file::Source;
 use planish_viewer::gpu::Backend;
+use planish_viewer::ground::Show;
 use planish_viewer::open::Files;
 use planish_viewer::settings::{Normals, Overlay, Sampling, Settings, Shading, Size};
+use planish_viewer::shadow::Filter;
 use std::path::PathBuf;
 
-/// Draws a mesh.
+/// Shows a mesh and its displacement map in a window, or draws it into a file.
 ///
 /// Exit status: 0 done, 1 failed, 2 bad input or usage.
 #[derive(Debug, Parser)]
 #[command(name = "planish-viewer", version)]
 pub(crate) struct Args {
-    /// Mesh to draw, or the manifest of a map with its mesh.
+    /// Mesh to show, or the manifest of a map with its mesh.
     #[arg(value_name = "IN.obj|MAP.planish.json")]
-    input: PathBuf,
+    pub(crate) input: Option<PathBuf>,
 
     /// The mesh's map; without one it is baked with the defaults.
     #[arg(long, value_name = "MAP.planish.json", conflicts_with = "heights")]
@@ -29,6 +33,10 @@ pub(crate) struct Args {
     #[arg(long, value_name = "OUT.png")]
     pub(crate) headless: Option<PathBuf>,
 
+    /// Measure instead of drawing into a file, and print seconds and bytes as JSON.
+    #[arg(long, conflicts_with_all = ["headless", "save_settings"])]
+    pub(crate) timings: bool,
+
     /// Start from these settings; other options override them.
     #[arg(long, value_name = "S.json")]
     pub(crate) settings: Option<PathBuf>,
@@ -36,6 +44,10 @@ pub(crate) struct Args {
     /// Write the settings of the picture, for --settings.
     #[arg(long, value_name = "S.json", requires = "headless")]
     pub(crate) save_settings: Option<PathBuf>,
+
+    /// Write what happens in the window into this file, one JSON object a line: the time of each frame, and the state.
+    #[arg(long, value_name = "OUT.jsonl", conflicts_with = "headless")]
+    pub(crate) log: Option<PathBuf>,
 
     /// What draws.
     #[arg(long, value_enum, default_value_t)]
@@ -69,6 +81,14 @@ pub(crate) struct Args {
     #[arg(long, value_name = "IN.txt")]
     pub(crate) scalars: Option<PathBuf>,
 
+    /// A clean mesh with the same faces: a heat map shows how far off the picture's surface is.
+    #[arg(long, value_name = "CLEAN.obj", conflicts_with = "scalars")]
+    pub(crate) clean: Option<PathBuf>,
+
+    /// Which error --clean shows: to the clean surface in mean edge lengths, or of the normals in degrees.
+    #[arg(long, value_enum, default_value = "distance", requires = "clean")]
+    pub(crate) error: ErrorKind,
+
     /// Pixels.
     #[arg(long, value_name = "WxH")]
     size: Option<Size>,
@@ -85,6 +105,18 @@ pub(crate) struct Args {
     #[arg(long, value_enum)]
     sampling: Option<Sampling>,
 
+    /// How lights cast shadows.
+    #[arg(long, value_name = "FILTER")]
+    shadow: Option<Filter>,
+
+    /// What is seen of a plane under the model.
+    #[arg(long, value_name = "WHAT")]
+    ground: Option<Show>,
+
+    /// What is all around: desert, ice, an equirectangular picture, or a folder with the six faces of a cube map.
+    #[arg(long, value_name = "WHICH")]
+    environment: Option<Source>,
+
     /// Camera: degrees to the right about the up axis, from the front.
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
     yaw: Option<f32>,
@@ -94,15 +126,34 @@ pub(crate) struct Args {
     pitch: Option<f32>,
 }
 
+/// An error that each vertex has.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum ErrorKind {
+    /// To the clean surface.
+    Distance,
+    /// Of the normals.
+    Angle,
+}
+
+impl From<ErrorKind> for Heat {
+    fn from(kind: ErrorKind) -> Self {
+        match kind {
+            ErrorKind::Distance => Self::Distance,
+            ErrorKind::Angle => Self::Angle,
+        }
+    }
+}
+
 impl Args {
     /// Which files are read.
     pub(crate) fn files(&self) -> Result<Files, Failure> {
-        let is_manifest = self.input.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+        let none = || Failure::Usage("--headless needs a mesh to draw".to_owned());
+        let input = self.input.clone().ok_or_else(none)?;
+        let is_manifest = input.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
         if is_manifest && self.map.is_some() {
             return Err(Failure::Usage("give the map once: as the first argument or with --map".to_owned()));
         }
-        let input = || Some(self.input.clone());
-        let (mesh, map) = if is_manifest { (None, input()) } else { (input(), self.map.clone()) };
+        let (mesh, map) = if is_manifest { (None, Some(input)) } else { (Some(input), self.map.clone()) };
         Ok(Files {
             mesh,
             map,
@@ -111,6 +162,19 @@ impl Args {
             normal_map: self.normal_map.clone(),
             scalars: self.scalars.clone(),
         })
+    }
+
+    /// The first option that the window has no use for: it reads the files that it is shown.
+    pub(crate) fn only_for_pictures(&self) -> Option<&'static str> {
+        let files = [
+            ("--map", &self.map),
+            ("--texture", &self.texture),
+            ("--normal-map", &self.normal_map),
+            ("--heights", &self.heights),
+            ("--scalars", &self.scalars),
+            ("--clean", &self.clean),
+        ];
+        files.into_iter().find(|(_, file)| file.is_some()).map(|(option, _)| option)
     }
 
     /// Settings with what the command line says about them.
@@ -123,6 +187,11 @@ impl Args {
         settings.displace.bias = self.bias.or(settings.displace.bias);
         settings.displace.scale = self.scale.or(settings.displace.scale);
         settings.displace.normals = self.normals.unwrap_or(settings.displace.normals);
+        settings.shadow.filter = self.shadow.unwrap_or(settings.shadow.filter);
+        settings.ground.show = self.ground.unwrap_or(settings.ground.show);
+        if let Some(source) = &self.environment {
+            settings.environment.get_or_insert_default().source = source.clone();
+        }
         settings.camera.yaw = self.yaw.unwrap_or(settings.camera.yaw);
         settings.camera.pitch = self.pitch.unwrap_or(settings.camera.pitch);
         settings

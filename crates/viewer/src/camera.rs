@@ -17,6 +17,8 @@ pub struct Camera {
     pub pitch: f32,
     /// Distance of the eye; at 1 the bounding sphere just fits the picture.
     pub distance: f32,
+    /// What the eye looks at, from the middle of the model in radii of its bounding sphere.
+    pub target: Vec3,
     /// How the view is flattened.
     pub projection: Projection,
     /// Which axis of the model points up.
@@ -25,7 +27,14 @@ pub struct Camera {
 
 impl Default for Camera {
     fn default() -> Self {
-        Self { yaw: 30.0, pitch: 15.0, distance: 1.0, projection: Projection::default(), up: UpAxis::Y }
+        Self {
+            yaw: 30.0,
+            pitch: 15.0,
+            distance: 1.0,
+            target: Vec3::ZERO,
+            projection: Projection::default(),
+            up: UpAxis::Y,
+        }
     }
 }
 
@@ -75,12 +84,22 @@ pub struct View {
 }
 
 impl Camera {
-    /// This camera before a model with these bounds. `aspect` = width / height.
-    pub fn view(&self, bounds: Sphere, aspect: f32) -> View {
-        let (up, front) = match self.up {
+    /// Upwards, and to the eye at yaw 0 and pitch 0; world space.
+    pub fn axes(&self) -> (Vec3, Vec3) {
+        match self.up {
             UpAxis::Y => (Vec3::Y, Vec3::Z),
             UpAxis::Z => (Vec3::Z, Vec3::NEG_Y),
-        };
+        }
+    }
+
+    /// This camera before a model with these bounds. `aspect` = width / height.
+    pub fn view(&self, bounds: Sphere, aspect: f32) -> View {
+        self.view_reaching(bounds, aspect, bounds.radius)
+    }
+
+    /// The same where there is something to be seen up to `reach` from the middle of the model.
+    pub fn view_reaching(&self, bounds: Sphere, aspect: f32, reach: f32) -> View {
+        let (up, front) = self.axes();
         let world_from_front = Mat3::from_cols(up.cross(front), up, front);
         let world_from_view = world_from_front
             * Mat3::from_rotation_y(self.yaw.to_radians())
@@ -94,12 +113,14 @@ impl Camera {
                 self.distance * radius / (0.5 * field_of_view.to_radians()).sin()
             }
             // Anywhere outside does.
-            Projection::Orthographic => 2.0 * radius,
+            Projection::Orthographic => 2.0 * reach.max(radius) + self.target.length() * radius,
         };
-        let eye = bounds.centre + distance * back;
+        let eye = bounds.centre + radius * self.target + distance * back;
         // A little room, so that rounding does not cut the nearest vertex off.
-        let reach = 1.01 * radius;
-        let (near, far) = ((distance - reach).max(1e-3 * radius), distance + reach);
+        let reach = 1.01 * reach.max(radius);
+        let middle = distance + radius * self.target.dot(back);
+        let near = (middle - reach).max(1e-3 * radius);
+        let far = (middle + reach).max(2.0 * near);
         let (clip_from_view, eye_in_world) = match self.projection {
             Projection::Perspective { field_of_view } => {
                 let half = (0.5 * field_of_view.to_radians()).tan();

@@ -2,6 +2,7 @@
 
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use thiserror::Error;
 
@@ -21,7 +22,7 @@ pub enum Backend {
 }
 
 impl Backend {
-    fn apis(self) -> wgpu::Backends {
+    pub(crate) fn apis(self) -> wgpu::Backends {
         match self {
             Self::Auto => wgpu::Backends::all(),
             Self::Vulkan => wgpu::Backends::PRIMARY,
@@ -50,6 +51,24 @@ pub enum NoGpu {
         /// The driver's words.
         reason: String,
     },
+    /// The mesh does not fit.
+    #[error(
+        "the mesh needs a buffer of {bytes} bytes, and the graphics adapter {adapter} takes {limit}; draw with --backend software"
+    )]
+    TooLarge {
+        /// Its name.
+        adapter: String,
+        /// Of the largest buffer.
+        bytes: u64,
+        /// What the adapter takes.
+        limit: u64,
+    },
+    /// It is lost again and again.
+    #[error("the graphics adapter {adapter} was lost twice in a row")]
+    Lost {
+        /// Its name.
+        adapter: String,
+    },
 }
 
 /// An open device.
@@ -64,6 +83,7 @@ pub struct Gpu {
     /// Samples per pixel that targets of this format can have: 4, or 1.
     pub samples: u32,
     complaints: Arc<Mutex<Vec<String>>>,
+    lost: Arc<AtomicBool>,
 }
 
 /// Of every picture: linear light goes in, sRGB is stored.
@@ -74,6 +94,10 @@ pub const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 impl Gpu {
     /// Opens a device without a window.
     pub fn open(backend: Backend) -> Result<Self, NoGpu> {
+        if backend == Backend::Auto {
+            // Drivers of OpenGL are loaded only where there is nothing better.
+            return Self::open(Backend::Vulkan).or_else(|_| Self::open(Backend::Gl));
+        }
         let instance = instance(backend);
         let adapter = pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default()));
         Self::on(&adapter.map_err(|_| NoGpu::NoAdapter { backend })?)
@@ -96,9 +120,12 @@ impl Gpu {
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             sink.lock().unwrap_or_else(PoisonError::into_inner).push(error.to_string());
         }));
+        let lost = Arc::new(AtomicBool::new(false));
+        let flag = Arc::clone(&lost);
+        device.set_device_lost_callback(move |_, _| flag.store(true, Ordering::Relaxed));
         let both = [FORMAT, DEPTH].map(|f| adapter.get_texture_format_features(f).flags);
         let four = both.iter().all(|flags| flags.sample_count_supported(4));
-        Ok(Self { device, queue, adapter: info, samples: if four { 4 } else { 1 }, complaints })
+        Ok(Self { device, queue, adapter: info, samples: if four { 4 } else { 1 }, complaints, lost })
     }
 
     /// What the driver or its validation complained about since the last call.
@@ -106,10 +133,29 @@ impl Gpu {
         std::mem::take(&mut *self.complaints.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
+    /// Whether the device is gone: nothing that is drawn with it arrives any more.
+    pub fn is_lost(&self) -> bool {
+        // What happened meanwhile is told when somebody asks.
+        let _ = self.device.poll(wgpu::PollType::Poll);
+        self.lost.load(Ordering::Relaxed)
+    }
+
     /// Waits until all that was submitted is done.
     pub fn wait(&self) {
         // Only a lost device cannot be waited for, and then there is nothing to wait for.
         let _ = self.device.poll(wgpu::PollType::wait_indefinitely());
+    }
+
+    /// A buffer with these bytes. Unlike wgpu's own `create_buffer_init` it does not panic if the device is lost.
+    pub(crate) fn filled(&self, bytes: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: bytes.len() as u64,
+            usage: usage | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        self.queue.write_buffer(&buffer, 0, bytes);
+        buffer
     }
 
     /// Bytes of a buffer that can be copied from.

@@ -20,13 +20,19 @@
 //! # Ok::<(), SceneError>(())
 //! ```
 
+pub mod app;
 pub mod camera;
 pub mod colour;
+pub mod environment;
+pub mod errors;
 pub mod gpu;
 mod gpu_types;
+pub mod ground;
 pub mod input;
 pub mod lights;
+mod noise;
 pub mod open;
+pub mod painter;
 pub mod relief;
 mod render_mesh;
 pub mod renderer;
@@ -34,5 +40,7 @@ pub mod scene;
 pub mod settings;
 pub mod shaders;
 mod shading;
+pub mod shadow;
 pub mod software;
 pub mod texture;
+pub mod window;

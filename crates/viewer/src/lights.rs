@@ -2,7 +2,9 @@
 
 use crate::camera::View;
 use crate::colour::Colour;
-use crate::scene::Sphere;
+use crate::environment;
+use crate::scene::{Scene, Sphere};
+use crate::settings::Settings;
 use glam::{Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
@@ -59,6 +61,8 @@ pub enum Anchor {
     Camera,
     /// The model: angles are from its front and its horizon.
     Model,
+    /// The sun of a generated environment, direction and colour; without one, the model.
+    Sun,
 }
 
 /// A light in world space; the twin of `Light` in `shaders/frame.wgsl`.
@@ -75,10 +79,25 @@ pub(crate) struct Lamp {
     pub(crate) cos_inner: f32,
 }
 
+/// The lights of a picture.
+pub(crate) fn lamps(scene: &Scene, settings: &Settings, view: &View) -> Vec<Lamp> {
+    let sun = environment::sun(scene, settings);
+    let lamp = |light: &Light| match sun {
+        Some((to_sun, radiance)) if light.anchor == Anchor::Sun => {
+            light.lamp_towards(to_sun, light.intensity * light.colour.linear() * radiance, scene.bounds())
+        }
+        _ => light.lamp(view, scene.bounds()),
+    };
+    settings.lights.iter().map(lamp).collect()
+}
+
 impl Light {
     pub(crate) fn lamp(&self, view: &View, bounds: Sphere) -> Lamp {
-        let direction = self.direction_in_world(view);
-        let radiance = self.intensity * self.colour.linear();
+        self.lamp_towards(self.direction_in_world(view), self.intensity * self.colour.linear(), bounds)
+    }
+
+    /// `radiance`: of a white surface in the middle of the model that faces the light.
+    fn lamp_towards(&self, direction: Vec3, radiance: Vec3, bounds: Sphere) -> Lamp {
         let away = |distance: f32| {
             let way = distance * bounds.radius;
             ((bounds.centre + way * direction).extend(1.0), radiance * way * way)
@@ -106,7 +125,7 @@ impl Light {
         let direction = Vec3::new(azimuth.sin() * flat, elevation.sin(), azimuth.cos() * flat);
         match self.anchor {
             Anchor::Camera => view.world_from_view * direction,
-            Anchor::Model => view.world_from_front * direction,
+            Anchor::Model | Anchor::Sun => view.world_from_front * direction,
         }
     }
 
@@ -141,7 +160,7 @@ impl Lamp {
 }
 
 /// As in WGSL.
-fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
+pub(crate) fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
     let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }

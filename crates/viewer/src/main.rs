@@ -2,6 +2,8 @@
 
 mod args;
 mod headless;
+mod terminal;
+mod timings;
 
 use clap::Parser;
 use std::io::Write as _;

@@ -1,15 +1,17 @@
 //! Files become a scene.
 
+mod materials;
+
+use crate::environment::{self, Surroundings};
 use crate::input;
 use crate::scene::Scene;
 use crate::settings::{Settings, Shading};
-use crate::texture::{Content, Texture};
+use crate::texture::{Content, Texture, Textures};
 use image::ImageReader;
 use planish_geometry::apply::{self, ShaderVertex};
-use planish_geometry::bundle::{self, Belongings, Names};
+use planish_geometry::bundle::{self, Belongings, Bundle, Names};
 use planish_geometry::displacement::{Displacement, Encoding, MapKind, TexelFormat};
 use planish_geometry::manifest::{Manifest, NormalMapEntry};
-use planish_geometry::materials;
 use planish_geometry::model::Model;
 use planish_geometry::obj::Obj;
 use planish_geometry::progress::Progress;
@@ -31,7 +33,7 @@ pub struct BadFile {
 }
 
 impl BadFile {
-    fn at<E: ToString>(path: &Path) -> impl Fn(E) -> Self + Copy + '_ {
+    pub(crate) fn at<E: ToString>(path: &Path) -> impl Fn(E) -> Self + Copy + '_ {
         move |e| Self { path: path.to_owned(), reason: e.to_string() }
     }
 }
@@ -45,7 +47,7 @@ pub struct Files {
     pub map: Option<PathBuf>,
     /// A picture of heights to put on instead, from 0 at black to 1 at white.
     pub heights: Option<PathBuf>,
-    /// Base colour, instead of the one that the materials name.
+    /// Base colour, instead of those that the materials name.
     pub texture: Option<PathBuf>,
     /// Tangent-space normals (green up), instead of those of the map.
     pub normal_map: Option<PathBuf>,
@@ -64,6 +66,8 @@ pub struct Opened {
     pub scene: Scene,
     /// What is known of the map; none without one.
     pub manifest: Option<Manifest>,
+    /// What is missing, and the picture can do without.
+    pub warnings: Vec<String>,
 }
 
 /// Reads all files, and bakes where `settings` need a map and none is given.
@@ -82,9 +86,10 @@ pub fn open(files: &Files, settings: &Settings, progress: &dyn Progress) -> Resu
     // Only the count of numbers can be wrong: the model's own indices are in range.
     let blamed = files.scalars.as_deref().unwrap_or(&mesh);
     let mut scene = input::scene(&model, scalars.as_deref()).map_err(BadFile::at(blamed))?;
-    scene.texture = match &files.texture {
-        Some(path) => Some(picture(path, Content::Colour)?),
-        None => material_texture(&mesh, &model),
+    let mut warnings = Vec::new();
+    scene.textures = match &files.texture {
+        Some(path) => Textures::one(picture(path, Content::Colour)?),
+        None => materials::textures(&mesh, &model, &mut warnings),
     };
     let manifest = match (&files.heights, &files.map, manifest) {
         (Some(path), ..) => {
@@ -111,7 +116,11 @@ pub fn open(files: &Files, settings: &Settings, progress: &dyn Progress) -> Resu
     if let Some(path) = &files.normal_map {
         scene.normal_map = Some(picture(path, Content::Data)?);
     }
-    Ok(Opened { mesh, model, scene, manifest })
+    if let Some(Surroundings { source, resolution, .. }) = &settings.environment {
+        progress.stage("environment");
+        scene.environment = Some(environment::file::load(source, *resolution as usize)?);
+    }
+    Ok(Opened { mesh, model, scene, manifest, warnings })
 }
 
 /// At λ = 0 only some ways of shading look at the map.
@@ -124,15 +133,20 @@ fn bake(scene: &mut Scene, model: &Model, mesh: &Path, progress: &dyn Progress) 
     let names = Names { source: format!("{name}.obj"), stem: name.clone(), carrier: format!("{name}.planish") };
     let bundle = bundle::bake(model, &names, Belongings::NONE, &bundle::Settings::default(), progress)
         .map_err(BadFile::at(mesh))?;
+    dress(scene, model, mesh, &bundle)?;
+    Ok(bundle.manifest)
+}
+
+/// Puts a map that was baked from the model, but perhaps not written, on its scene.
+pub fn dress(scene: &mut Scene, model: &Model, mesh: &Path, bundle: &Bundle) -> Result<(), BadFile> {
     let bytes = |name: &str| bundle.files.iter().find(|f| f.name == name).map_or(&[][..], |f| &f.bytes);
     let map = Path::new(&bundle.manifest.displacement.file);
     let carrier = || Obj::parse(bytes(&bundle.manifest.carrier.obj).to_vec()).ok();
     let lines = apply::baked_vertices(model.obj(), &bundle.manifest, &carrier).map_err(BadFile::at(mesh))?;
     add_map(scene, model, &bundle.manifest, &lines, bytes(&bundle.manifest.displacement.file), map)?;
-    if let Some(entry) = &bundle.manifest.normal_map {
-        scene.normal_map = Some(normal_map(bytes(&entry.file), entry, Path::new(&entry.file))?);
-    }
-    Ok(bundle.manifest)
+    let entry = bundle.manifest.normal_map.as_ref();
+    scene.normal_map = entry.map(|e| normal_map(bytes(&e.file), e, Path::new(&e.file))).transpose()?;
+    Ok(())
 }
 
 fn add_map(
@@ -155,18 +169,6 @@ fn normal_map(bytes: &[u8], entry: &NormalMapEntry, path: &Path) -> Result<Textu
         image.pixels_mut().for_each(|p| p.0[1] = u8::MAX - p.0[1]);
     }
     Texture::new(image, Content::Data).ok_or_else(|| BadFile::at(path)("the image is empty"))
-}
-
-/// The first texture that a material of the mesh names and that can be read.
-fn material_texture(mesh: &Path, model: &Model) -> Option<Texture> {
-    let beside = |name: &str| mesh.with_file_name(name.replace('\\', "/"));
-    let libraries = model.obj().extras().material_libraries.iter();
-    let texture = |library: &Vec<u8>| {
-        let bytes = std::fs::read(beside(&String::from_utf8_lossy(library))).ok()?;
-        let named = materials::read(&bytes).ok()?.into_iter().find_map(|m| m.diffuse_texture)?;
-        picture(&beside(&named), Content::Colour).ok()
-    };
-    libraries.filter_map(texture).next()
 }
 
 /// Black is 0 and white is 1, until the settings say otherwise.

@@ -64,6 +64,13 @@ impl Relief {
         -self.signed_lambda(displace) * self.bias_and_scale(displace)[1]
     }
 
+    /// The furthest that a vertex may move, model units.
+    pub(crate) fn reach(&self, displace: &Displace) -> f32 {
+        let [bias, scale] = self.bias_and_scale(displace);
+        let coordinates = self.map.planes().len() as f32;
+        displace.lambda.abs() * bias.abs().max((bias + scale).abs()) * coordinates.sqrt()
+    }
+
     fn map_with(&self, displace: &Displace) -> Cow<'_, Displacement> {
         let Encoding { bias, scale, .. } = self.map.encoding();
         let wanted = self.bias_and_scale(displace);

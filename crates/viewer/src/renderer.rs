@@ -7,12 +7,13 @@
 //! use planish_viewer::settings::Settings;
 //!
 //! let renderer = Renderer::new(Gpu::open(Backend::Auto)?);
-//! let picture = renderer.image(&scene, &Settings::default());
+//! let picture = renderer.image(&scene, &Settings::default())?;
 //! # Ok(()) }
 //! ```
 
 mod bindings;
 mod frame;
+mod lighting;
 mod pictures;
 mod pipelines;
 mod uploaded;
@@ -20,7 +21,7 @@ mod uploaded;
 pub use uploaded::Uploaded;
 
 use crate::colour::{linear_from_byte, pixel_from_linear};
-use crate::gpu::{DEPTH, FORMAT, Gpu};
+use crate::gpu::{DEPTH, FORMAT, Gpu, NoGpu};
 use crate::scene::Scene;
 use crate::settings::{Displace, Normals, Settings, Shading, Size};
 use crate::shading::normal_map_strength;
@@ -28,6 +29,7 @@ use crate::software;
 use bindings::Layouts;
 use glam::{Vec3, Vec4};
 use image::RgbaImage;
+use lighting::Lighting;
 use pictures::{Canvas, Samplers};
 use pipelines::Pipelines;
 use rayon::prelude::*;
@@ -41,6 +43,8 @@ pub struct Renderer {
     /// For targets with one sample per pixel, and with several.
     pipelines: [Pipelines; 2],
     compute: pipelines::Compute,
+    casting: pipelines::Casting,
+    shadow_maps: lighting::Cache,
 }
 
 /// Buffers that a picture of some size is drawn in.
@@ -59,7 +63,9 @@ impl Renderer {
         let layouts = Layouts::new(&gpu.device);
         let pipelines = [1, gpu.samples].map(|samples| Pipelines::new(&gpu.device, &layouts, samples));
         let compute = pipelines::Compute::new(&gpu.device, &layouts);
-        Self { samplers: Samplers::new(&gpu.device), layouts, pipelines, compute, gpu }
+        let casting = pipelines::Casting::new(&gpu.device, &layouts);
+        let samplers = Samplers::new(&gpu.device);
+        Self { samplers, layouts, pipelines, compute, casting, shadow_maps: <_>::default(), gpu }
     }
 
     /// The device.
@@ -68,7 +74,7 @@ impl Renderer {
     }
 
     /// Copies a scene to the device.
-    pub fn upload(&self, scene: &Scene) -> Uploaded {
+    pub fn upload(&self, scene: &Scene) -> Result<Uploaded, NoGpu> {
         Uploaded::new(&self.gpu, &self.layouts, scene)
     }
 
@@ -92,11 +98,15 @@ impl Renderer {
         let frame = frame::frame(scene, settings, target.size, self.scale(settings, target));
         self.gpu.queue.write_buffer(&uploaded.frame, 0, bytemuck::bytes_of(&frame));
         self.write_displacement(uploaded, scene, &settings.displace);
-        let textures = uploaded.texture_bindings(device, &self.layouts, &self.samplers, settings);
+        let textures = |run| uploaded.texture_bindings(device, &self.layouts, &self.samplers, settings, run);
+        let runs: Vec<_> = uploaded.runs.iter().map(|run| (run.corners.clone(), textures(run))).collect();
+        let aspect = target.size.width as f32 / target.size.height as f32;
+        let lighting = Lighting::new(&self.gpu, &self.layouts, &self.shadow_maps, uploaded, scene, settings, aspect);
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         if derives_normals(scene, settings) {
             self.compute.run(&mut encoder, uploaded, pipelines::Result::Normals);
         }
+        self.casting.run(&mut encoder, uploaded, &lighting, settings.shadow.casters);
         let (attachment, resolve_target) = match &target.colour {
             Some(colour) => (colour, Some(view)),
             None => (view, None),
@@ -113,6 +123,8 @@ impl Renderer {
             stencil_ops: None,
         };
         let pipelines = &self.pipelines[usize::from(target.samples > 1)];
+        let variant = frame::variant(scene, settings);
+        let surface = pipelines.surface(device, &self.layouts, variant);
         {
             let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
                 label: Some("picture"),
@@ -120,14 +132,23 @@ impl Renderer {
                 depth_stencil_attachment: Some(depth),
                 ..wgpu::RenderPassDescriptor::default()
             });
-            pass.set_bind_group(0, &uploaded.frame_bindings, &[]);
-            pass.set_pipeline(&pipelines.background);
+            pass.set_bind_group(0, &lighting.frame_bindings, &[]);
+            pass.set_pipeline(if lighting.shows_map { &pipelines.shadow_view } else { &pipelines.background });
             pass.draw(0..3, 0..1);
             pass.set_bind_group(1, &uploaded.map_bindings, &[]);
             pass.set_bind_group(2, &uploaded.surface_bindings, &[]);
-            pass.set_bind_group(3, &textures, &[]);
-            pass.set_pipeline(&pipelines.mesh);
-            pass.draw(0..uploaded.corner_count, 0..1);
+            if !lighting.shows_map {
+                pass.set_pipeline(&surface.mesh);
+                for (corners, textures) in runs {
+                    pass.set_bind_group(3, &textures, &[]);
+                    pass.draw(corners, 0..1);
+                }
+                // Last, because its rim lets the background through.
+                if lighting.has_ground {
+                    pass.set_pipeline(&surface.ground);
+                    pass.draw(0..4, 0..1);
+                }
+            }
         }
         self.gpu.queue.submit([encoder.finish()]);
     }
@@ -139,9 +160,8 @@ impl Renderer {
 
     /// The picture that the settings describe: with one sample per pixel edges are smoothed by the GPU's own samples, with
     /// more a larger picture is averaged in linear light, as the renderer on the processor does.
-    pub fn image(&self, scene: &Scene, settings: &Settings) -> RgbaImage {
-        let uploaded = self.upload(scene);
-        self.image_of(&uploaded, scene, settings)
+    pub fn image(&self, scene: &Scene, settings: &Settings) -> Result<RgbaImage, NoGpu> {
+        Ok(self.image_of(&self.upload(scene)?, scene, settings))
     }
 
     /// The same of a scene that is on the device.

@@ -1,7 +1,9 @@
 //! What is drawn: one triangle mesh, ready for f32, and the map that displaces it.
 
+use crate::environment::Environment;
 use crate::relief::Relief;
-use crate::texture::Texture;
+use crate::settings::{Settings, Shading};
+use crate::texture::{Texture, Textures};
 use glam::{Vec2, Vec3};
 use planish_geometry::texture::tangents::Tangent;
 use thiserror::Error;
@@ -62,12 +64,16 @@ pub struct Sphere {
 pub struct Scene {
     mesh: Mesh,
     bounds: Sphere,
-    /// Base colour, for triangles that have texture coordinates.
-    pub texture: Option<Texture>,
+    /// The least of each coordinate of all triangles.
+    low: Vec3,
+    /// Base colours, for triangles that have texture coordinates.
+    pub textures: Textures,
     /// Tangent-space normals (green along v, up), for triangles that have texture coordinates.
     pub normal_map: Option<Texture>,
     /// What moves the vertices.
     pub relief: Option<Relief>,
+    /// What is all around.
+    pub environment: Option<Environment>,
 }
 
 /// Why arrays are not a mesh.
@@ -118,7 +124,18 @@ impl Scene {
             Some(scalars) if scalars.len() != expected => {
                 Err(SceneError::ScalarCount { found: scalars.len(), expected })
             }
-            _ => Ok(Self { bounds: bounds(&mesh), mesh, texture: None, normal_map: None, relief: None }),
+            _ => {
+                let (bounds, low) = bounds(&mesh);
+                Ok(Self {
+                    mesh,
+                    bounds,
+                    low,
+                    textures: Textures::default(),
+                    normal_map: None,
+                    relief: None,
+                    environment: None,
+                })
+            }
         }
     }
 
@@ -127,20 +144,44 @@ impl Scene {
         &self.mesh
     }
 
+    /// Replaces the numbers of the vertices.
+    pub fn set_scalars(&mut self, scalars: Vec<f32>) -> Result<(), SceneError> {
+        let (found, expected) = (scalars.len(), self.mesh.positions.len());
+        if found != expected {
+            return Err(SceneError::ScalarCount { found, expected });
+        }
+        self.mesh.scalars = Some(scalars);
+        Ok(())
+    }
+
     /// A sphere about all triangles (about the middle of their box; not the smallest one).
     pub fn bounds(&self) -> Sphere {
         self.bounds
     }
+
+    /// A sphere about the displaced surface, with the same middle.
+    pub(crate) fn displaced_bounds(&self, settings: &Settings) -> Sphere {
+        let lift = match &self.relief {
+            Some(relief) if settings.shading != Shading::Bump => relief.reach(&settings.displace),
+            _ => 0.0,
+        };
+        Sphere { radius: self.bounds.radius + lift, ..self.bounds }
+    }
+
+    /// How high the lowest vertex of a triangle is along a coordinate axis.
+    pub(crate) fn lowest(&self, up: Vec3) -> f32 {
+        self.low.dot(up)
+    }
 }
 
-/// Vertices without a face are not drawn and do not count.
-fn bounds(mesh: &Mesh) -> Sphere {
+/// With the least of each coordinate. Vertices without a face are not drawn and do not count.
+fn bounds(mesh: &Mesh) -> (Sphere, Vec3) {
     let drawn = || mesh.triangles.iter().flat_map(|t| t.positions).map(|i| mesh.positions[i as usize]);
-    let Some(first) = drawn().next() else { return Sphere::default() };
+    let Some(first) = drawn().next() else { return <_>::default() };
     let (low, high) = drawn().fold((first, first), |(low, high), p| (low.min(p), high.max(p)));
     let centre = 0.5 * (low + high);
     let radius = drawn().map(|p| p.distance(centre)).fold(0.0, f32::max);
-    Sphere { centre, radius }
+    (Sphere { centre, radius }, low)
 }
 
 #[cfg(test)]

@@ -3,7 +3,10 @@
 
 use crate::camera::{Camera, Projection};
 use crate::colour::Colour;
+use crate::environment::Surroundings;
+use crate::ground::Ground;
 use crate::lights::{Ambient, Light, LightKind, MAX_LIGHTS};
+use crate::shadow::Shadow;
 use clap::ValueEnum;
 use planish_geometry::colormap::Colormap;
 use serde::{Deserialize, Serialize};
@@ -14,7 +17,7 @@ use thiserror::Error;
 macro_rules! named {
     ($(#[$meta:meta])* pub enum $name:ident { $($(#[$attribute:meta])* $variant:ident,)+ }) => {
         $(#[$meta])*
-        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, ValueEnum)]
         #[serde(rename_all = "kebab-case")]
         pub enum $name {
             $($(#[$attribute])* $variant,)+
@@ -26,6 +29,7 @@ macro_rules! named {
         }
     };
 }
+pub(crate) use named;
 
 /// All that a picture depends on, beside the scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -49,12 +53,20 @@ pub struct Settings {
     pub material: Material,
     /// At most [`MAX_LIGHTS`].
     pub lights: Vec<Light>,
+    /// How they cast shadows.
+    pub shadow: Shadow,
+    /// Under the model.
+    pub ground: Ground,
     /// Light from everywhere.
     pub ambient: Ambient,
     /// Behind the model.
     pub background: Background,
+    /// Instead of both: a landscape all around.
+    pub environment: Option<Surroundings>,
     /// For [`Shading::Checker`].
     pub checker: Checker,
+    /// For [`Shading::Marble`].
+    pub marble: Marble,
     /// For [`Shading::Height`] and [`Shading::Heat`].
     pub heat: Heat,
 }
@@ -71,9 +83,13 @@ impl Default for Settings {
             sampling: Sampling::default(),
             material: Material::default(),
             lights: Light::key_and_fill(),
+            shadow: Shadow::default(),
+            ground: Ground::default(),
             ambient: Ambient::default(),
             background: Background::default(),
+            environment: None,
             checker: Checker::default(),
+            marble: Marble::default(),
             heat: Heat::default(),
         }
     }
@@ -160,6 +176,8 @@ pub enum Shading {
     Normals,
     /// A chequered texture: shows how the texture coordinates stretch.
     Checker,
+    /// The same with veins of noise in three dimensions: a texture that needs no texture coordinates (Perlin 1985).
+    Marble,
     /// The heights of the map, or the lengths of its vectors.
     Height,
     /// A number per vertex through a colour map: how far off each is, say.
@@ -250,6 +268,22 @@ impl Default for Checker {
     }
 }
 
+/// Veins in a stone of the material's colour.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Marble {
+    /// Cells of the noise along a radius of the model's bounding sphere.
+    pub frequency: f32,
+    /// Of the veins.
+    pub colour: Colour,
+}
+
+impl Default for Marble {
+    fn default() -> Self {
+        Self { frequency: 2.5, colour: Colour::hex(0x4a4038) }
+    }
+}
+
 /// How a number becomes a colour.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -309,7 +343,7 @@ impl Settings {
 
     /// Refuses numbers that no picture can be drawn with.
     pub fn check(&self) -> Result<(), SettingsError> {
-        let Camera { yaw, pitch, distance, projection, .. } = self.camera;
+        let Camera { yaw, pitch, distance, target, projection, .. } = self.camera;
         let field_of_view = match projection {
             Projection::Perspective { field_of_view } => field_of_view,
             Projection::Orthographic => 90.0,
@@ -334,6 +368,7 @@ impl Settings {
             ((1..=8).contains(&self.supersampling), "supersampling", "1..8"),
             (yaw.is_finite() && pitch.is_finite(), "camera.yaw and camera.pitch", "finite"),
             ((0.01..=1e3).contains(&distance), "camera.distance", "0.01..1000"),
+            (target.abs().max_element() <= 1e3, "camera.target", "at most 1000 radii away"),
             ((1.0..=150.0).contains(&field_of_view), "field_of_view", "1..150 degrees"),
             (self.displace.lambda.abs() <= 1e6, "displace.lambda", "a strength"),
             (given(self.displace.bias) && given(self.displace.scale), "displace.bias and displace.scale", "finite"),
@@ -347,13 +382,22 @@ impl Settings {
             ),
             (amount(self.ambient.intensity), "ambient.intensity", "0..1000"),
             ((0.0..=1e5).contains(&self.checker.squares), "checker.squares", "0..100000"),
+            ((0.0..=1e5).contains(&self.marble.frequency), "marble.frequency", "0..100000"),
             (self.heat.range.is_none_or(ordered), "heat.range", "finite and ascending"),
             ((0.0..=1.0).contains(&self.heat.relief), "heat.relief", "0..1"),
         ];
-        match rules.into_iter().find(|(holds, ..)| !holds) {
-            Some((_, name, expected)) => Err(SettingsError::OutOfRange { name, expected }),
-            None => Ok(()),
-        }
+        require(&rules)?;
+        self.shadow.check()?;
+        self.ground.check()?;
+        self.environment.as_ref().map_or(Ok(()), Surroundings::check)
+    }
+}
+
+/// Refuses by name what breaks the first rule that does not hold: (holds, field, what it may be).
+pub(crate) fn require(rules: &[(bool, &'static str, &'static str)]) -> Result<(), SettingsError> {
+    match rules.iter().find(|(holds, ..)| !holds) {
+        Some(&(_, name, expected)) => Err(SettingsError::OutOfRange { name, expected }),
+        None => Ok(()),
     }
 }
 
@@ -392,6 +436,11 @@ mod tests {
             (r#"{ "size": { "width": 0, "height": 9 } }"#, "size.width"),
             (r#"{ "supersampling": 99 }"#, "supersampling"),
             (r#"{ "camera": { "projection": { "perspective": { "field_of_view": 180 } } } }"#, "field_of_view"),
+            (r#"{ "shadow": { "kernel": 4 } }"#, "shadow.kernel"),
+            (r#"{ "shadow": { "filter": "soft" } }"#, "soft"),
+            (r#"{ "ground": { "size": 0 } }"#, "ground.size"),
+            (r#"{ "environment": { "roughness": 2 } }"#, "environment.roughness"),
+            (r#"{ "environment": { "source": "moon" } }"#, "moon"),
             (r#"{ "heat": { "range": { "low": 1, "high": 1 } } }"#, "heat.range"),
             (r#"{ "material": { "colour": "red" } }"#, "red"),
         ] {

@@ -1,6 +1,7 @@
 //! The only file that reads `shaders/`.
 
 use crate::settings::{Normals, Overlay, Sampling, Shading};
+use crate::shadow::{Filter, Outside};
 use clap::ValueEnum;
 use std::fmt::Write as _;
 
@@ -21,47 +22,91 @@ pub enum Program {
     Mesh,
     /// Where the vertices go, and the normals there.
     Normals,
+    /// What a light sees of the displaced surface.
+    Shadow,
+    /// A shadow map itself.
+    ShadowView,
+    /// The plane under the model.
+    Ground,
 }
 
 impl Program {
     /// Every program, for tests.
-    pub const ALL: [Self; 4] = [Self::Displace, Self::Background, Self::Mesh, Self::Normals];
+    pub const ALL: [Self; 7] =
+        [Self::Displace, Self::Background, Self::Mesh, Self::Normals, Self::Shadow, Self::ShadowView, Self::Ground];
 
     fn parts(self) -> &'static [&'static str] {
         match self {
             Self::Displace => &[wgsl!("displace.wgsl")],
-            Self::Background => &[wgsl!("frame.wgsl"), wgsl!("background.wgsl")],
+            Self::Background => &[wgsl!("frame.wgsl"), wgsl!("environment.wgsl"), wgsl!("background.wgsl")],
             Self::Mesh => &[
                 wgsl!("frame.wgsl"),
                 wgsl!("displace.wgsl"),
                 wgsl!("surface.wgsl"),
+                wgsl!("shadow.wgsl"),
+                wgsl!("environment.wgsl"),
                 wgsl!("light.wgsl"),
                 wgsl!("textures.wgsl"),
+                wgsl!("noise.wgsl"),
                 wgsl!("mesh.wgsl"),
             ],
             Self::Normals => &[wgsl!("displace.wgsl"), wgsl!("surface.wgsl"), wgsl!("normals.wgsl")],
+            Self::Shadow => &[wgsl!("displace.wgsl"), wgsl!("surface.wgsl"), wgsl!("shadow_map.wgsl")],
+            Self::ShadowView => &[wgsl!("frame.wgsl"), wgsl!("shadow.wgsl"), wgsl!("shadow_view.wgsl")],
+            Self::Ground => &[
+                wgsl!("frame.wgsl"),
+                wgsl!("shadow.wgsl"),
+                wgsl!("environment.wgsl"),
+                wgsl!("light.wgsl"),
+                wgsl!("ground.wgsl"),
+            ],
         }
     }
 }
 
+/// Choices that a program is compiled for. What is not chosen costs nothing then, not even on drivers that run every branch.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Variant {
+    /// What the surface shows.
+    pub shading: Shading,
+    /// Which normals light it.
+    pub normals: Normals,
+    /// What is drawn on top.
+    pub overlay: Overlay,
+    /// How textures are read.
+    pub sampling: Sampling,
+    /// How shadow maps are asked.
+    pub filter: Filter,
+    /// What lies outside them.
+    pub outside: Outside,
+}
+
 /// The whole WGSL text of a program (WGSL does not care about the order of declarations).
-pub fn source(program: Program) -> String {
+pub fn source(program: Program, variant: Variant) -> String {
     let mut text = program.parts().concat();
     if matches!(program, Program::Mesh) {
-        constants(&mut text, "SHADING", Shading::ALL);
-        constants(&mut text, "NORMALS", Normals::ALL);
-        constants(&mut text, "OVERLAY", Overlay::ALL);
-        constants(&mut text, "SAMPLING", Sampling::ALL);
+        constants(&mut text, "SHADING", Shading::ALL, variant.shading);
+        constants(&mut text, "NORMALS", Normals::ALL, variant.normals);
+        constants(&mut text, "OVERLAY", Overlay::ALL, variant.overlay);
+        constants(&mut text, "SAMPLING", Sampling::ALL, variant.sampling);
+    }
+    if matches!(program, Program::Mesh | Program::ShadowView | Program::Ground) {
+        constants(&mut text, "FILTER", Filter::ALL, variant.filter);
+        constants(&mut text, "OUTSIDE", Outside::ALL, variant.outside);
     }
     text
 }
 
-/// Numbers for the choices of the settings: `const SHADING_FLAT = 0u;` and so on.
-fn constants<T: ValueEnum>(text: &mut String, prefix: &str, all: &[T]) {
-    for (number, choice) in all.iter().filter_map(ValueEnum::to_possible_value).enumerate() {
-        let name = choice.get_name().to_uppercase().replace('-', "_");
+/// Numbers for the choices of the settings, `const SHADING_FLAT = 0u;` and so on, and the one that is chosen.
+fn constants<T: Copy + ValueEnum + PartialEq>(text: &mut String, prefix: &str, all: &[T], chosen: T) {
+    for (number, choice) in all.iter().enumerate() {
+        let value = choice.to_possible_value();
+        let name = value.map_or_else(String::new, |value| value.get_name().to_uppercase().replace('-', "_"));
         // Writing to a string cannot fail.
         let _ = writeln!(text, "const {prefix}_{name} = {number}u;");
+        if *choice == chosen {
+            let _ = writeln!(text, "const {prefix} = {prefix}_{name};");
+        }
     }
 }
 
@@ -70,15 +115,32 @@ mod tests {
     use super::*;
     use naga::valid::{Capabilities, ValidationFlags, Validator};
 
+    fn validate(program: Program, variant: Variant) {
+        let text = source(program, variant);
+        let module = naga::front::wgsl::parse_str(&text)
+            .unwrap_or_else(|e| panic!("{program:?} {variant:?}\n{}", e.emit_to_string(&text)));
+        Validator::new(ValidationFlags::all(), Capabilities::default())
+            .validate(&module)
+            .unwrap_or_else(|e| panic!("{program:?} {variant:?}\n{}", e.emit_to_string(&text)));
+    }
+
     #[test]
     fn every_program_validates() {
-        for program in Program::ALL {
-            let text = source(program);
-            let module = naga::front::wgsl::parse_str(&text)
-                .unwrap_or_else(|e| panic!("{program:?}\n{}", e.emit_to_string(&text)));
-            Validator::new(ValidationFlags::all(), Capabilities::default())
-                .validate(&module)
-                .unwrap_or_else(|e| panic!("{program:?}\n{}", e.emit_to_string(&text)));
+        Program::ALL.into_iter().for_each(|program| validate(program, Variant::default()));
+    }
+
+    #[test]
+    fn every_choice_validates() {
+        let usual = Variant::default();
+        let mesh = |variant| validate(Program::Mesh, variant);
+        Shading::ALL.iter().for_each(|&shading| mesh(Variant { shading, ..usual }));
+        Normals::ALL.iter().for_each(|&normals| mesh(Variant { normals, ..usual }));
+        Overlay::ALL.iter().for_each(|&overlay| mesh(Variant { overlay, ..usual }));
+        Sampling::ALL.iter().for_each(|&sampling| mesh(Variant { sampling, shading: Shading::Texture, ..usual }));
+        for (&filter, &outside) in Filter::ALL.iter().flat_map(|f| Outside::ALL.iter().map(move |o| (f, o))) {
+            for program in [Program::Mesh, Program::Ground, Program::ShadowView] {
+                validate(program, Variant { filter, outside, ..usual });
+            }
         }
     }
 }

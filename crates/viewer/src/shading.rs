@@ -5,10 +5,14 @@
 
 use crate::camera::View;
 use crate::colour::linear_from_srgb;
-use crate::lights::{Lamp, Light};
+use crate::environment::Around;
+use crate::ground::{Disc, Show};
+use crate::lights::{Lamp, lamps};
+use crate::noise::vein;
 use crate::relief::Relief;
 use crate::scene::{Scene, Side};
 use crate::settings::{Normals, Overlay, Range, Sampling, Settings, Shading};
+use crate::software::ShadowMaps;
 use glam::{Mat3, Vec2, Vec3, Vec4};
 use planish_geometry::colormap::Colormap;
 use planish_geometry::displacement::{Place, Weights};
@@ -21,6 +25,8 @@ pub(crate) const LINE_WIDTH: f32 = 1.2;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Fragment {
     pub(crate) position: Vec3,
+    /// Its triangle.
+    pub(crate) triangle: u32,
     /// Unit, of the triangle, outwards.
     pub(crate) face_normal: Vec3,
     /// Interpolated, outwards, not normalised.
@@ -51,14 +57,17 @@ pub(crate) struct Shader<'a> {
     up: Vec3,
     view_from_world: Mat3,
     lamps: Vec<Lamp>,
+    around: Option<Around<'a>>,
+    shadows: Option<ShadowMaps>,
     heat: Option<(Colormap, Range)>,
     /// Where the slope of heights can be seen.
     bumps: Option<(&'a Relief, f32)>,
 }
 
 impl<'a> Shader<'a> {
-    pub(crate) fn new(scene: &'a Scene, settings: &'a Settings, view: &View) -> Self {
-        let lamp = |l: &Light| l.lamp(view, scene.bounds());
+    /// `positions`: #V×3, displaced.
+    pub(crate) fn new(scene: &'a Scene, settings: &'a Settings, view: &View, aspect: f32, positions: &[Vec3]) -> Self {
+        let lamps = lamps(scene, settings, view);
         let bumps = scene.relief.as_ref().filter(|relief| relief.in_uv());
         Self {
             scene,
@@ -66,7 +75,9 @@ impl<'a> Shader<'a> {
             eye: view.eye_in_world,
             up: view.up_in_world,
             view_from_world: view.world_from_view.transpose(),
-            lamps: settings.lights.iter().map(lamp).collect(),
+            shadows: ShadowMaps::new(scene, settings, view, &lamps, positions),
+            lamps,
+            around: Around::new(scene, settings, view, aspect),
             heat: heat_range(scene, settings).map(|range| (settings.heat.map, range)),
             bumps: bumps.map(|relief| (relief, relief.lift(&settings.displace))),
         }
@@ -86,6 +97,10 @@ impl<'a> Shader<'a> {
             Shading::Texture => self.lit(self.textured(fragment), position, normal),
             Shading::Clay => self.clay(plain, normal),
             Shading::Normals => (0.5 * outwards + 0.5).map(linear_from_srgb),
+            Shading::Marble => {
+                let vein = vein(marble_frequency(self.scene, self.settings) * position);
+                self.lit(plain.lerp(self.settings.marble.colour.linear(), vein), position, normal)
+            }
             Shading::Checker => self.lit(self.checker(fragment), position, normal),
             Shading::Height | Shading::Heat => {
                 let relief = self.settings.heat.relief;
@@ -97,6 +112,16 @@ impl<'a> Shader<'a> {
             Overlay::Wireframe => colour.lerp(Vec3::new(0.02, 0.02, 0.025), self.line_cover(fragment)),
             Overlay::Seams => colour.lerp(Vec3::new(0.9, 0.2, 0.02), self.line_cover(fragment)),
         }
+    }
+
+    /// Linear RGB behind the model at a place of the picture, −1..1 right and up.
+    pub(crate) fn background(&self, at: Vec2) -> Vec3 {
+        let gradient = || {
+            let background = &self.settings.background;
+            // Encoded values, because a gradient should be even to the eye.
+            background.top.encoded().lerp(background.bottom.encoded(), 0.5 - 0.5 * at.y).map(linear_from_srgb)
+        };
+        self.around.as_ref().and_then(|around| around.background(at)).unwrap_or_else(gradient)
     }
 
     pub(crate) fn to_eye(&self, position: Vec3) -> Vec3 {
@@ -129,26 +154,62 @@ impl<'a> Shader<'a> {
     pub(crate) fn lit(&self, base: Vec3, position: Vec3, normal: Vec3) -> Vec3 {
         let material = &self.settings.material;
         let to_eye = self.to_eye(position);
-        let highlight = |lamp: &Lamp| {
-            let (to_light, radiance) = lamp.incoming(position);
+        let highlight = |light: usize| {
+            let (to_light, radiance) = self.incoming(light, position, normal);
             let half = (to_light + to_eye).normalize_or_zero();
             let facing = if normal.dot(to_light) > 0.0 { 1.0 } else { 0.0 };
             facing * normal.dot(half).max(0.0).powf(material.exponent) * radiance
         };
-        let specular: Vec3 = self.lamps.iter().map(highlight).sum();
-        base * self.irradiance(position, normal) + material.specular * specular
+        let specular: Vec3 = (0..self.lamps.len()).map(highlight).sum();
+        let scattered = base * self.irradiance(position, normal);
+        let mirroring = |around: &Around| around.mirroring(scattered, normal, to_eye);
+        self.around.as_ref().map_or(scattered, mirroring) + material.specular * specular
+    }
+
+    /// Unit vector to a light, and what of it arrives at a place on a surface.
+    fn incoming(&self, light: usize, position: Vec3, normal: Vec3) -> (Vec3, Vec3) {
+        let (to_light, radiance) = self.lamps[light].incoming(position);
+        match &self.shadows {
+            Some(maps) if normal.dot(to_light) > 0.0 => {
+                (to_light, radiance * maps.unshadowed(light, position, normal, to_light))
+            }
+            _ => (to_light, radiance),
+        }
     }
 
     /// Light that arrives, in units of what makes a white surface white.
     fn irradiance(&self, position: Vec3, normal: Vec3) -> Vec3 {
-        let ambient = &self.settings.ambient;
-        let above = 0.5 + 0.5 * normal.dot(self.up);
-        let hemisphere = ambient.ground.linear().lerp(ambient.sky.linear(), above);
-        let lambert = |lamp: &Lamp| {
-            let (to_light, radiance) = lamp.incoming(position);
+        let lambert = |light: usize| {
+            let (to_light, radiance) = self.incoming(light, position, normal);
             normal.dot(to_light).max(0.0) * radiance
         };
-        ambient.intensity * hemisphere + self.lamps.iter().map(lambert).sum::<Vec3>()
+        self.ambient(normal) + (0..self.lamps.len()).map(lambert).sum::<Vec3>()
+    }
+
+    /// Diffuse light from everywhere.
+    fn ambient(&self, normal: Vec3) -> Vec3 {
+        let hemisphere = || {
+            let ambient = &self.settings.ambient;
+            let above = 0.5 + 0.5 * normal.dot(self.up);
+            ambient.intensity * ambient.ground.linear().lerp(ambient.sky.linear(), above)
+        };
+        self.around.as_ref().and_then(|around| around.ambient(normal)).unwrap_or_else(hemisphere)
+    }
+
+    /// What is seen where the ground lies at `place` over something else.
+    pub(crate) fn over_ground(&self, behind: Vec3, place: Vec3, ground: &Disc) -> Vec3 {
+        let cover = ground.cover(place);
+        let light = self.irradiance(place, ground.up);
+        if ground.show == Show::Plane {
+            return behind.lerp(ground.colour * light, cover);
+        }
+        let luma = |c: Vec3| c.dot(Vec3::new(0.2126, 0.7152, 0.0722));
+        let open = |lamp: &Lamp| {
+            let (to_light, radiance) = lamp.incoming(place);
+            ground.up.dot(to_light).max(0.0) * radiance
+        };
+        let open = self.ambient(ground.up) + self.lamps.iter().map(open).sum::<Vec3>();
+        behind * (1.0 - cover * (1.0 - luma(light) / luma(open).max(1e-6)))
     }
 
     /// Clay in a studio: depends on the normal as the eye sees it alone.
@@ -162,8 +223,9 @@ impl<'a> Shader<'a> {
     }
 
     fn textured(&self, fragment: &Fragment) -> Vec3 {
-        match (&self.scene.texture, fragment.uv) {
-            (Some(texture), Some(uv)) => texture.at(uv, fragment.uv_steps, self.settings.sampling),
+        let textures = &self.scene.textures;
+        match (textures.of_triangle(fragment.triangle as usize), fragment.uv) {
+            (Some(i), Some(uv)) => textures.all()[i as usize].at(uv, fragment.uv_steps, self.settings.sampling),
             _ => self.settings.material.colour.linear(),
         }
     }
@@ -216,6 +278,11 @@ fn bumped(relief: &Relief, lift: f32, uv: Vec2, [dp_du, dp_dv]: [Vec3; 2], norma
     let det = normal.dot(dp_du.cross(dp_dv));
     let n = det * normal + slope.x * normal.cross(dp_dv) + slope.y * dp_du.cross(normal);
     if det == 0.0 { normal } else { n.normalize_or_zero() * det.signum() }
+}
+
+/// Cells of the noise per world unit.
+pub(crate) fn marble_frequency(scene: &Scene, settings: &Settings) -> f32 {
+    settings.marble.frequency / scene.bounds().radius.max(f32::MIN_POSITIVE.sqrt())
 }
 
 /// How much of the normal map shows; none where there is none or other normals are asked for.

@@ -7,9 +7,13 @@
 mod clip;
 mod legend;
 mod raster;
+mod shadows;
+
+pub(crate) use shadows::ShadowMaps;
 
 use crate::camera::View;
-use crate::colour::{linear_from_srgb, pixel_from_linear};
+use crate::colour::pixel_from_linear;
+use crate::ground::{self, Disc};
 use crate::scene::{Mesh, Scene, Triangle};
 use crate::settings::{Normals, Settings, Shading};
 use crate::shading::{Fragment, Shader, heat_range, normal_map_strength};
@@ -60,6 +64,7 @@ struct Picture<'a> {
     mesh: &'a Mesh,
     settings: &'a Settings,
     shader: Shader<'a>,
+    ground: Option<Disc>,
     grid: Grid,
     /// After displacement. #V
     positions: Cow<'a, [Vec3]>,
@@ -75,7 +80,7 @@ struct Picture<'a> {
 impl<'a> Picture<'a> {
     fn new(scene: &'a Scene, settings: &'a Settings) -> Self {
         let aspect = settings.size.width as f32 / settings.size.height as f32;
-        let view: View = settings.camera.view(scene.bounds(), aspect);
+        let view: View = ground::view(scene, settings, aspect);
         let samples = |pixels: u32| pixels as usize * settings.supersampling.max(1) as usize;
         let grid = Grid { width: samples(settings.size.width), height: samples(settings.size.height) };
         let mesh = scene.mesh();
@@ -100,8 +105,9 @@ impl<'a> Picture<'a> {
                 clip::clip(corners).fan().filter_map(move |t| ScreenTriangle::new(t, i as u32, grid))
             })
             .collect();
-        let shader = Shader::new(scene, settings, &view);
-        Self { mesh, settings, shader, grid, positions, vertex_normals, heights, clip_positions, triangles }
+        let shader = Shader::new(scene, settings, &view, aspect, &positions);
+        let ground = Disc::new(scene, settings, &view);
+        Self { mesh, settings, shader, ground, grid, positions, vertex_normals, heights, clip_positions, triangles }
     }
 
     /// Samples along a side of a pixel.
@@ -159,13 +165,13 @@ impl<'a> Picture<'a> {
 
     /// Linear RGB of a sample.
     fn colour(&self, nearest: Nearest, x: usize, y: usize) -> Vec3 {
-        let Some(triangle) = self.mesh.triangles.get(nearest.triangle as usize) else {
-            let background = &self.settings.background;
-            let down = (y as f32 + 0.5) / self.grid.height as f32;
-            // Encoded values, because a gradient should be even to the eye.
-            return background.top.encoded().lerp(background.bottom.encoded(), down).map(linear_from_srgb);
+        let ndc = self.grid.ndc_from_sample(x, y).as_vec2();
+        let surface = match self.mesh.triangles.get(nearest.triangle as usize) {
+            Some(triangle) => self.shader.shade(&self.fragment(nearest.triangle, triangle, x, y)),
+            None => self.shader.background(ndc),
         };
-        self.shader.shade(&self.fragment(nearest.triangle, triangle, x, y))
+        let met = self.ground.as_ref().and_then(|ground| Some((ground, ground.meet(ndc, nearest.depth)?)));
+        met.map_or(surface, |(ground, place)| self.shader.over_ground(surface, place, ground))
     }
 
     fn fragment(&self, index: u32, triangle: &Triangle, x: usize, y: usize) -> Fragment {
@@ -184,6 +190,7 @@ impl<'a> Picture<'a> {
         let frames = self.mesh.tangents.get(index as usize);
         Fragment {
             position: blend(corners, weights),
+            triangle: index,
             face_normal,
             normal: blend(normals, weights),
             tangent: frames.map_or(Tangent::default(), |frames| Tangent {

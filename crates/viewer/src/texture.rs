@@ -23,6 +23,40 @@ pub struct Texture {
     content: Content,
 }
 
+/// Which triangles have which texture.
+#[derive(Clone, Debug, Default)]
+pub struct Textures {
+    all: Vec<Texture>,
+    /// #T, or nothing where all have the first.
+    of_triangles: Vec<Option<u32>>,
+}
+
+impl Textures {
+    /// One for all triangles.
+    pub fn one(texture: Texture) -> Self {
+        Self { all: vec![texture], of_triangles: Vec::new() }
+    }
+
+    /// `of_triangles`: for each triangle of the mesh its place in `all`, or none. None if a place is out of range.
+    pub fn by_triangle(all: Vec<Texture>, of_triangles: Vec<Option<u32>>) -> Option<Self> {
+        let inside = |place: &Option<u32>| place.is_none_or(|place| (place as usize) < all.len());
+        of_triangles.iter().all(inside).then_some(Self { all, of_triangles })
+    }
+
+    /// Each once.
+    pub fn all(&self) -> &[Texture] {
+        &self.all
+    }
+
+    /// Place in [`Self::all`] of a triangle's texture.
+    pub fn of_triangle(&self, triangle: usize) -> Option<u32> {
+        match self.of_triangles.get(triangle) {
+            Some(place) => *place,
+            None => (!self.all.is_empty()).then_some(0),
+        }
+    }
+}
+
 impl Texture {
     /// Wraps an image whose row 0 is the top; none if it has no texels.
     pub fn new(texels: RgbaImage, content: Content) -> Option<Self> {

@@ -24,6 +24,8 @@ impl Folder {
         let mut command = Command::new(env!("CARGO_BIN_EXE_planish-viewer"));
         // Without a desktop the graphics drivers say on standard error that this folder is not there.
         command.env("XDG_RUNTIME_DIR", std::env::temp_dir());
+        // A window would wait for somebody to close it.
+        command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
         command.current_dir(&self.0).args(line.split_whitespace()).output().unwrap()
     }
 
@@ -93,6 +95,49 @@ fn what_cannot_be_done_exits_with_1() {
 /// A tent over a square, whose tip the default method takes down.
 const TENT: &str = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 1 1 1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvt 0.5 0.5\n\
     f 1/1 2/2 5/5\nf 2/2 3/3 5/5\nf 3/3 4/4 5/5\nf 4/4 1/1 5/5\n";
+
+/// Two triangles, each of its own material.
+const PATCHES: &str = "mtllib a.mtl\nv 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+    usemtl red\nf 1/1 2/2 3/3\nusemtl blue\nf 1/1 3/3 4/4\n";
+
+#[test]
+fn materials_have_their_own_textures() {
+    let folder = Folder::new();
+    fs::write(folder.path("two.obj"), PATCHES).unwrap();
+    fs::write(folder.path("a.mtl"), "newmtl blue\nmap_Kd blue.png\nnewmtl red\nmap_Kd red.png\n").unwrap();
+    let paint = |name: &str, rgb| image::RgbImage::from_pixel(2, 2, image::Rgb(rgb)).save(folder.path(name)).unwrap();
+    paint("red.png", [220, 20, 20]);
+    paint("blue.png", [20, 20, 220]);
+    let line = "two.obj --headless out.png --size 60x60 --lambda 0 --yaw 0 --pitch 0 --backend software";
+    let found = |line: &str| {
+        let out = folder.run(line);
+        assert!(out.status.success(), "{out:?}");
+        let image = image::open(folder.path("out.png")).unwrap().into_rgb8();
+        let reds = image.pixels().filter(|p| u16::from(p.0[0]) > 2 * u16::from(p.0[2])).count();
+        let blues = image.pixels().filter(|p| u16::from(p.0[2]) > 2 * u16::from(p.0[0])).count();
+        (reds > 300, blues > 300, String::from_utf8(out.stderr).unwrap())
+    };
+    assert_eq!(found(line), (true, true, String::new()));
+    fs::remove_file(folder.path("red.png")).unwrap();
+    let (reds, blues, said) = found(line);
+    assert!(!reds && blues && said.contains("red.png"), "{said}");
+}
+
+#[test]
+fn a_clean_mesh_shows_the_error() {
+    let folder = Folder::new();
+    fs::write(folder.path("tent.obj"), TENT).unwrap();
+    fs::write(folder.path("flat.obj"), TENT.replace("v 1 1 1", "v 1 1 0")).unwrap();
+    let line = "tent.obj --headless out.png --size 60x50 --backend software --lambda 0";
+    let plain = folder.draws(line);
+    let distance = folder.draws(&format!("{line} --clean flat.obj"));
+    let angle = folder.draws(&format!("{line} --clean flat.obj --error angle"));
+    assert!(distance != plain && angle != distance);
+    fs::remove_file(folder.path("out.png")).unwrap();
+    fs::write(folder.path("other.obj"), PATCHES).unwrap();
+    folder.fails("tent.obj --headless new.png --lambda 0 --clean other.obj", 2, "other.obj: ");
+    folder.fails("tent.obj --headless new.png --lambda 0 --clean none.obj", 2, "none.obj: ");
+}
 
 #[test]
 fn heights_are_put_on_and_need_texture_coordinates() {

@@ -7,7 +7,7 @@ use clap::Args;
 use planish_geometry::denoise::limits::{Limits, Mask, Volume};
 use planish_geometry::obj::Obj;
 use std::convert::Infallible;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// What denoising may not do.
 #[derive(Args, Debug)]
@@ -52,17 +52,10 @@ impl LimitArgs {
         for fix in &self.fix {
             fixed = fixed.and(match fix {
                 Fix::Boundary => Mask::boundary(),
-                Fix::File(path) => mask(path, mesh.positions().len())?,
+                Fix::File(path) => input::mask(path, mesh.positions().len())?,
             });
         }
         let volume = if self.preserve_volume { Volume::Preserve } else { Volume::Free };
         Ok(Limits { fixed, max_displacement: self.max_displacement, volume })
     }
-}
-
-/// The file of a mask.
-fn mask(path: &Path, v_lines: usize) -> Result<Mask, Failure> {
-    let text = String::from_utf8(input::read(path)?);
-    let text = text.map_err(|_| Failure::at(path, "is not a text of numbers of `v` lines"))?;
-    Mask::parse(&text, v_lines).map_err(|e| Failure::at(path, e))
 }

@@ -1,10 +1,10 @@
 //! `planish check`
 
-use super::bake;
 use crate::args::CheckArgs;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::input;
+use planish_files::words;
 use planish_geometry::bundle::{self, Goal};
 use planish_geometry::manifest::{self, Manifest, Method, Report};
 use planish_geometry::model::Model;
@@ -66,7 +66,7 @@ pub(crate) fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
         differences: differences(&manifest.report, &report),
     };
     console.report(&checked, || {
-        let errors = bake::errors(&report, manifest.displacement.scale);
+        let errors = words::errors(&report, manifest.displacement.scale);
         let verdict = if checked.differences.is_empty() { "as its manifest says" } else { "not as its manifest says" };
         format!("{}: {verdict}\n  error {errors}\n  gap {} at seams\n", checked.manifest, report.seam_gap)
     });

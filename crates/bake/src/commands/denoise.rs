@@ -4,6 +4,7 @@ use crate::args::DenoiseArgs;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::output::Output;
+use planish_files::words;
 use planish_geometry::denoise::limits::Outcome;
 use planish_geometry::denoise::{Denoising, DenoisingError, Moved, auto};
 use planish_geometry::manifest::HeightsLoss;
@@ -47,7 +48,7 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
     let surface = model.surface();
     let method = args.method.denoising(model.obj())?;
     let moved = method.run(surface, model.weld(), console).map_err(|e| match e {
-        DenoisingError::Limits(e) => super::limits_do_not_fit(&e, &args.input),
+        DenoisingError::Limits(e) => Failure::limits(&e, &args.input),
         DenoisingError::Cancelled(_) => Failure::Interrupted,
     })?;
     let Moved { deltas, along, limits, choice } = moved;
@@ -76,7 +77,7 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
         heights: along.map(|(along, normals)| Heights { normals, loss: along.loss.into() }),
         limits,
     };
-    if let Some(warning) = limits.as_ref().and_then(super::volume_not_restored) {
+    if let Some(warning) = limits.as_ref().and_then(words::volume_not_restored) {
         console.warn(&warning);
     }
     if model.obj().normals().is_empty() && args.update_normals {
@@ -93,10 +94,10 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
             max_displacement / mean_edge
         );
         if let Some(Heights { normals, loss }) = &report.heights {
-            let _ = writeln!(text, "  along normals ({}): {loss}", super::bake::along(*normals));
+            let _ = writeln!(text, "  along normals ({}): {loss}", words::along(*normals));
         }
         if let Some(limits) = &report.limits {
-            let _ = writeln!(text, "  limits: {}", super::limits(limits));
+            let _ = writeln!(text, "  limits: {}", words::limits(limits));
         }
         text
     });

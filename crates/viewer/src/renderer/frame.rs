@@ -2,17 +2,19 @@
 
 use super::derives_normals;
 use crate::gpu_types::{Displacement, Frame, Light};
-use crate::lights::Lamp;
+use crate::ground;
+use crate::lights::{Lamp, lamps};
 use crate::relief::Relief;
 use crate::scene::Scene;
-use crate::settings::{Displace, Normals, Overlay, Sampling, Settings, Shading, Size};
-use crate::shading::{LINE_WIDTH, heat_range, normal_map_strength};
+use crate::settings::{Displace, Normals, Settings, Shading, Size};
+use crate::shaders::Variant;
+use crate::shading::{LINE_WIDTH, heat_range, marble_frequency, normal_map_strength};
 use glam::Mat4;
 use planish_geometry::displacement::MapKind;
 
 /// `scale`: pixels drawn for each pixel of the picture.
 pub(super) fn frame(scene: &Scene, settings: &Settings, size: Size, scale: f32) -> Frame {
-    let view = settings.camera.view(scene.bounds(), size.width as f32 / size.height as f32);
+    let view = ground::view(scene, settings, size.width as f32 / size.height as f32);
     let mut frame = Frame {
         clip_from_world: view.clip_from_world,
         world_from_view: Mat4::from_mat3(view.world_from_view),
@@ -24,15 +26,13 @@ pub(super) fn frame(scene: &Scene, settings: &Settings, size: Size, scale: f32) 
         ground: settings.ambient.intensity * settings.ambient.ground.linear(),
         exponent: settings.material.exponent,
         base_colour: settings.material.colour.linear(),
-        shading: number(Shading::ALL, settings.shading),
         checker_light: settings.checker.light.linear(),
         checker_squares: settings.checker.squares,
         checker_dark: settings.checker.dark.linear(),
-        overlay: number(Overlay::ALL, settings.overlay),
         background_top: settings.background.top.encoded(),
-        sampling: number(Sampling::ALL, settings.sampling),
         background_bottom: settings.background.bottom.encoded(),
-        normals: number(Normals::ALL, normals(scene, settings)),
+        vein_colour: settings.marble.colour.linear(),
+        vein_frequency: marble_frequency(scene, settings),
         heat_relief: settings.heat.relief,
         line_width: LINE_WIDTH * scale,
         normal_strength: normal_map_strength(scene, settings).unwrap_or(0.0),
@@ -43,14 +43,27 @@ pub(super) fn frame(scene: &Scene, settings: &Settings, size: Size, scale: f32) 
     {
         (frame.heat_low, frame.heat_high, frame.has_heat) = (range.low, range.high, 1);
     }
-    // HAS_TEXTURE, HAS_NORMAL_MAP, HAS_HEIGHTS_IN_UV
-    let has = [scene.texture.is_some(), scene.normal_map.is_some(), scene.relief.as_ref().is_some_and(Relief::in_uv)];
+    // HAS_NORMAL_MAP, HAS_HEIGHTS_IN_UV
+    let has = [scene.normal_map.is_some(), scene.relief.as_ref().is_some_and(Relief::in_uv)];
     frame.has = (0..).zip(has).map(|(bit, has)| u32::from(has) << bit).sum();
-    for (slot, light) in frame.lights.iter_mut().zip(&settings.lights) {
-        let Lamp { place, radiance, axis, cos_outer, cos_inner } = light.lamp(&view, scene.bounds());
+    for (slot, lamp) in frame.lights.iter_mut().zip(lamps(scene, settings, &view)) {
+        let Lamp { place, radiance, axis, cos_outer, cos_inner } = lamp;
         *slot = Light { place, radiance, cos_outer, axis, cos_inner };
     }
     frame
+}
+
+/// What the shaders are compiled for.
+pub(super) fn variant(scene: &Scene, settings: &Settings) -> Variant {
+    let Settings { shading, overlay, sampling, shadow, .. } = *settings;
+    Variant {
+        shading,
+        normals: normals(scene, settings),
+        overlay,
+        sampling,
+        filter: shadow.filter,
+        outside: shadow.outside,
+    }
 }
 
 /// Normals that are not there are not asked for.
@@ -70,9 +83,4 @@ pub(super) fn displacement(scene: &Scene, displace: &Displace) -> Displacement {
         MapKind::VectorTangent => 2,
     };
     Displacement { bias, scale, lambda: relief.signed_lambda(displace), kind }
-}
-
-/// Place of a choice in the list of all.
-fn number<T: PartialEq + Copy>(all: &[T], one: T) -> u32 {
-    all.iter().position(|other| *other == one).unwrap_or(0) as u32
 }

@@ -1,8 +1,11 @@
 //! Textures: those that are drawn from, and those that are drawn to.
 
+use crate::environment::MAX_RADIANCE;
+use crate::environment::cube::CubeMap;
 use crate::gpu::{FORMAT, Gpu};
 use crate::settings::{Sampling, Size};
 use crate::texture::{Content, Texture};
+use half::f16;
 use image::RgbaImage;
 use wgpu::util::{DeviceExt as _, TextureDataOrder};
 
@@ -113,6 +116,39 @@ pub(super) fn floats(gpu: &Gpu, [width, height]: [u32; 2], channels: usize, texe
 fn view(gpu: &Gpu, wanted: &wgpu::TextureDescriptor, bytes: &[u8]) -> wgpu::TextureView {
     let texture = gpu.device.create_texture_with_data(&gpu.queue, wanted, TextureDataOrder::MipMajor, bytes);
     texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
+/// A cube map with its levels of detail, as half floats.
+pub(super) fn cube(gpu: &Gpu, levels: &[CubeMap]) -> wgpu::TextureView {
+    let half = |c: f32| f16::from_f32(c.min(MAX_RADIANCE)).to_bits();
+    let face = |level: &CubeMap, face: usize| -> Vec<u16> {
+        let texels = level.size() * level.size();
+        let texels = &level.texels()[face * texels..(face + 1) * texels];
+        texels.iter().flat_map(|t| [half(t.x), half(t.y), half(t.z), half(1.0)]).collect()
+    };
+    let texels: Vec<u16> = (0..6).flat_map(|f| levels.iter().flat_map(move |level| face(level, f))).collect();
+    let size = levels.first().map_or(1, CubeMap::size) as u32;
+    let wanted = wgpu::TextureDescriptor {
+        size: wgpu::Extent3d { width: size, height: size, depth_or_array_layers: 6 },
+        mip_level_count: levels.len() as u32,
+        ..flat(size, size, wgpu::TextureFormat::Rgba16Float, wgpu::TextureUsages::TEXTURE_BINDING)
+    };
+    let texels = bytemuck::cast_slice(&texels);
+    let texture = gpu.device.create_texture_with_data(&gpu.queue, &wanted, TextureDataOrder::LayerMajor, texels);
+    texture.create_view(&wgpu::TextureViewDescriptor {
+        dimension: Some(wgpu::TextureViewDimension::Cube),
+        ..wgpu::TextureViewDescriptor::default()
+    })
+}
+
+/// Between texels and levels of detail.
+pub(super) fn smooth_sampler(device: &wgpu::Device) -> wgpu::Sampler {
+    device.create_sampler(&wgpu::SamplerDescriptor {
+        mag_filter: wgpu::FilterMode::Linear,
+        min_filter: wgpu::FilterMode::Linear,
+        mipmap_filter: wgpu::MipmapFilterMode::Linear,
+        ..wgpu::SamplerDescriptor::default()
+    })
 }
 
 /// Ways of reading textures that the hardware has.

@@ -8,9 +8,15 @@
 
 use crate::support::{duck, no_complaints, renderer, repository, small};
 use image::{Rgba, RgbaImage};
+use planish_viewer::camera::{Camera, Projection};
+use planish_viewer::environment::file::{Source, load};
+use planish_viewer::environment::scenes::Scene;
+use planish_viewer::environment::{Part, Surroundings};
 use planish_viewer::gpu::Backend;
-use planish_viewer::lights::{Light, LightKind};
+use planish_viewer::ground::{Ground, Show};
+use planish_viewer::lights::{Anchor, Light, LightKind};
 use planish_viewer::settings::{Normals, Overlay, Sampling, Settings, Shading};
+use planish_viewer::shadow::{Casters, Filter, LightProjection, Outside, Shadow};
 use std::path::Path;
 
 /// Root of the mean square of the differences of all channels, bytes. Other versions of the driver round otherwise and
@@ -50,15 +56,84 @@ fn pictures() -> Vec<(String, Settings)> {
     all
 }
 
+/// Each kind of light, each filter and what goes wrong without its cure.
+pub(crate) fn shadows() -> Vec<(String, Settings)> {
+    let mut base = small([160, 120]);
+    base.camera = Camera { yaw: 25.0, pitch: 24.0, distance: 1.45, ..Camera::default() };
+    base.ground = Ground { show: Show::Plane, ..Ground::default() };
+    let key = Light { azimuth: -35.0, elevation: 35.0, anchor: Anchor::Model, ..base.lights[0] };
+    let with = |kind, shadow| Settings { lights: vec![Light { kind, ..key }], shadow, ..base.clone() };
+    let far = |shadow| with(LightKind::Directional, shadow);
+    let soft = Shadow { filter: Filter::Pcss, size: 1024, light_angle: 9.0, ..Shadow::default() };
+    let hard = Shadow { filter: Filter::Hard, size: 512, ..soft };
+    let pcf = |kernel| far(Shadow { filter: Filter::Pcf, kernel, ..hard });
+    let (spot, point) = (LightKind::Spot { distance: 3.0, angle: 42.0 }, LightKind::Point { distance: 1.7 });
+    let no_bias = Shadow { slope_bias: 0.0, least_bias: 0.0, ..hard };
+    let catcher = Ground { show: Show::Shadows, ..base.ground };
+    [
+        ("hard", far(hard)),
+        ("pcf-3", pcf(3)),
+        ("pcf-7", pcf(7)),
+        ("pcss", far(soft)),
+        ("spot", with(spot, soft)),
+        ("point", with(point, soft)),
+        ("acne", far(no_bias)),
+        ("panning", far(Shadow { slope_bias: 0.25, least_bias: 0.25, ..hard })),
+        ("back-faces", far(Shadow { casters: Casters::BackFaces, least_bias: 1e-3, slope_bias: 5e-3, ..hard })),
+        ("border", far(Shadow { outside: Outside::Repeated, extent: 0.7, ..hard })),
+        ("perspective", far(Shadow { projection: LightProjection::Perspective, ..hard })),
+        ("map", far(Shadow { show_map: Some(0), ..hard })),
+        ("catcher", Settings { ground: catcher, ..far(soft) }),
+    ]
+    .map(|(name, settings)| (format!("shadow-{name}"), settings))
+    .to_vec()
+}
+
+fn landscapes() -> Vec<(String, Settings)> {
+    let around = |name: &str, scene, surroundings: Surroundings| {
+        let mut settings = small([160, 120]);
+        settings.camera.projection = Projection::Perspective { field_of_view: 60.0 };
+        settings.lights = vec![Light { anchor: Anchor::Sun, ..settings.lights[0] }];
+        let surroundings = Surroundings { source: Source::Scene(scene), resolution: 64, ..surroundings };
+        (format!("environment-{name}"), Settings { environment: Some(surroundings), ..settings })
+    };
+    let mirror = Surroundings { reflectance: 0.9, roughness: 0.0, ..Surroundings::default() };
+    let glossy = Surroundings { roughness: 0.5, blur: 0.4, rotation: 140.0, ..mirror.clone() };
+    let lit = Surroundings { background: Part::Hidden, ..Surroundings::default() };
+    vec![
+        around("desert", Scene::Desert, mirror.clone()),
+        around("desert-glossy", Scene::Desert, glossy),
+        around("ice", Scene::Ice, mirror),
+        around("ice-ambient", Scene::Ice, lit),
+    ]
+}
+
 #[test]
 fn pictures_are_as_they_were() {
     let renderer = renderer(Backend::Vulkan);
     let scene = duck().scene();
-    let uploaded = renderer.upload(&scene);
+    let uploaded = renderer.upload(&scene).unwrap();
     let failures: Vec<String> = pictures()
         .iter()
         .filter_map(|(name, settings)| compare(name, &renderer.image_of(&uploaded, &scene, settings)).err())
         .collect();
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+    no_complaints(&renderer);
+}
+
+#[test]
+fn shadows_and_landscapes_are_as_they_were() {
+    let renderer = renderer(Backend::Vulkan);
+    let mut scene = duck().scene();
+    let mut failures = Vec::new();
+    for (name, settings) in shadows() {
+        failures.extend(compare(&name, &renderer.image(&scene, &settings).unwrap()).err());
+    }
+    for (name, settings) in landscapes() {
+        let surroundings = settings.environment.as_ref().unwrap();
+        scene.environment = Some(load(&surroundings.source, surroundings.resolution as usize).unwrap());
+        failures.extend(compare(&name, &renderer.image(&scene, &settings).unwrap()).err());
+    }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
     no_complaints(&renderer);
 }

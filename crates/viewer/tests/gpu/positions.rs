@@ -17,7 +17,7 @@ const TOLERANCE: f64 = 1e-6;
 fn agree(renderer: &Renderer, baked: &Baked, name: &str) -> f64 {
     let Baked { model, map, .. } = baked;
     let scene = baked.scene();
-    let uploaded = renderer.upload(&scene);
+    let uploaded = renderer.upload(&scene).unwrap();
     let lines = baked.lines();
     let range = f64::from(map.encoding().scale);
     let mut worst = 0.0f64;

@@ -14,7 +14,7 @@ use planish_viewer::input;
 use planish_viewer::renderer::Renderer;
 use planish_viewer::scene::Scene;
 use planish_viewer::settings::{Settings, Size};
-use planish_viewer::texture::{Content, Texture};
+use planish_viewer::texture::{Content, Texture, Textures};
 use std::path::{Path, PathBuf};
 
 /// A renderer, or a failure that says what to install.
@@ -74,7 +74,7 @@ impl Baked {
         let numbers: Vec<f32> = self.model.obj().positions().iter().map(|p| p.y as f32).collect();
         let mut scene = input::scene(&self.model, Some(&numbers)).unwrap();
         scene.relief = Some(input::relief(&self.model, &scene, self.map.clone(), &lines));
-        scene.texture = Texture::new(stripes(), Content::Colour);
+        scene.textures = Textures::one(Texture::new(stripes(), Content::Colour).unwrap());
         if let Some(entry) = &self.bundle.manifest.normal_map {
             let image = image::load_from_memory(bytes(&self.bundle, &entry.file)).unwrap().into_rgba8();
             scene.normal_map = Texture::new(image, Content::Data);

@@ -1,5 +1,6 @@
 //! The GPU and the renderer on the processor draw the same pictures.
 
+use crate::golden::shadows;
 use crate::support::{duck, no_complaints, renderer, small};
 use image::RgbaImage;
 use planish_viewer::gpu::Backend;
@@ -7,6 +8,7 @@ use planish_viewer::lights::{Light, LightKind};
 use planish_viewer::scene::Scene;
 use planish_viewer::settings::{Normals, Overlay, Sampling, Settings, Shading};
 use planish_viewer::software;
+use planish_viewer::texture::{Content, Texture, Textures};
 
 /// Mean of the absolute differences, and the difference that a thousandth exceeds; bytes.
 const MEAN: f64 = 1.0;
@@ -47,7 +49,7 @@ fn settings() -> Settings {
 fn every_way_of_shading_with_every_kind_of_normals() {
     let renderer = renderer(Backend::Vulkan);
     let scene = duck().scene();
-    let uploaded = renderer.upload(&scene);
+    let uploaded = renderer.upload(&scene).unwrap();
     for &shading in Shading::ALL {
         for &normals in Normals::ALL {
             let mut settings = Settings { shading, ..settings() };
@@ -63,7 +65,7 @@ fn every_way_of_shading_with_every_kind_of_normals() {
 fn overlays_lights_and_samplings() {
     let renderer = renderer(Backend::Vulkan);
     let scene = duck().scene();
-    let uploaded = renderer.upload(&scene);
+    let uploaded = renderer.upload(&scene).unwrap();
     let light = |kind| Light { kind, ..settings().lights[0] };
     let lit = |kind| Settings { lights: vec![light(kind)], ..settings() };
     let mut all = vec![
@@ -83,12 +85,43 @@ fn overlays_lights_and_samplings() {
 }
 
 #[test]
+fn triangles_have_their_own_textures_or_none() {
+    let renderer = renderer(Backend::Vulkan);
+    let mut scene = duck().scene();
+    let blue = Texture::new(RgbaImage::from_pixel(2, 2, image::Rgba([40, 60, 200, 255])), Content::Colour).unwrap();
+    let all = vec![blue, scene.textures.all()[0].clone()];
+    let bands = (0..scene.mesh().triangles.len()).map(|t| [Some(1), None, Some(0)][t / 40 % 3]).collect();
+    scene.textures = Textures::by_triangle(all, bands).unwrap();
+    let settings = Settings { shading: Shading::Texture, ..settings() };
+    let image = renderer.image(&scene, &settings).unwrap();
+    agree(&scene, &settings, &image, "bands");
+    let bluish = image.pixels().filter(|p| u16::from(p.0[2]) > 2 * u16::from(p.0[0])).count();
+    assert!(bluish > image.pixels().len() / 50, "{bluish}");
+    no_complaints(&renderer);
+}
+
+#[test]
+fn shadows_on_the_ground_and_on_the_surface() {
+    let renderer = renderer(Backend::Vulkan);
+    let scene = duck().scene();
+    let uploaded = renderer.upload(&scene).unwrap();
+    for (what, settings) in shadows() {
+        // A map itself is for graphics adapters; acne is what rounding makes of it.
+        if settings.shadow.show_map.is_none() && settings.shadow.least_bias > 0.0 {
+            let settings = Settings { supersampling: 3, ..settings };
+            agree(&scene, &settings, &renderer.image_of(&uploaded, &scene, &settings), &what);
+        }
+    }
+    no_complaints(&renderer);
+}
+
+#[test]
 fn opengl_draws_what_vulkan_draws() {
     let (vulkan, gl) = (renderer(Backend::Vulkan), renderer(Backend::Gl));
     let scene = duck().scene();
     for &shading in Shading::ALL {
         let settings = Settings { shading, ..settings() };
-        let [a, b] = [&vulkan, &gl].map(|renderer| renderer.image(&scene, &settings));
+        let [a, b] = [&vulkan, &gl].map(|renderer| renderer.image(&scene, &settings).unwrap());
         let off = a.iter().zip(b.iter()).filter(|(a, b)| a.abs_diff(**b) > RARELY).count();
         // Silhouettes, where the drivers' rasterisers may take different samples, are longer than a thousandth of the picture.
         assert!(off * 500 < a.len(), "{shading:?}: {off} numbers differ");

@@ -7,14 +7,15 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 /// A folder that outputs go to; made where it is missing, taken away again if nothing came of it.
-pub(crate) struct Folder {
+#[derive(Debug)]
+pub struct Folder {
     path: PathBuf,
     made: Option<PathBuf>,
 }
 
 impl Folder {
     /// Makes sure that files can be written, before any work is done.
-    pub(crate) fn open(path: &Path) -> Result<Self, Failure> {
+    pub fn open(path: &Path) -> Result<Self, Failure> {
         if path.exists() && !path.is_dir() {
             return Err(Failure::at(path, "is a file, and a folder is needed here"));
         }
@@ -27,7 +28,8 @@ impl Folder {
         Ok(folder)
     }
 
-    pub(crate) fn path(&self) -> &Path {
+    /// Its place.
+    pub fn path(&self) -> &Path {
         here_if_empty(&self.path)
     }
 
@@ -55,10 +57,7 @@ impl Folder {
     }
 
     /// Writes all files, then gives all of them their names.
-    pub(crate) fn write<'a>(
-        mut self,
-        files: impl IntoIterator<Item = (&'a Path, &'a [u8])>,
-    ) -> Result<Vec<PathBuf>, Failure> {
+    pub fn write<'a>(mut self, files: impl IntoIterator<Item = (&'a Path, &'a [u8])>) -> Result<Vec<PathBuf>, Failure> {
         let mut staged = Vec::new();
         for (name, bytes) in files {
             let place = self.path.join(name);
@@ -97,7 +96,7 @@ impl Drop for Folder {
 }
 
 /// Refuses to write over an input.
-pub(crate) fn spare(place: &Path, inputs: &[impl AsRef<Path>]) -> Result<(), Failure> {
+pub fn spare(place: &Path, inputs: &[impl AsRef<Path>]) -> Result<(), Failure> {
     if inputs.iter().any(|input| same_file(input.as_ref(), place)) {
         return Err(Failure::at(place, "is an input; name another output, so that nothing is lost"));
     }
@@ -105,12 +104,13 @@ pub(crate) fn spare(place: &Path, inputs: &[impl AsRef<Path>]) -> Result<(), Fai
 }
 
 /// Whether both are there and one.
-pub(crate) fn same_file(a: &Path, b: &Path) -> bool {
+pub fn same_file(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 /// A single output file.
-pub(crate) struct Output {
+#[derive(Debug)]
+pub struct Output {
     place: PathBuf,
     /// None where a pipe or a device is written to, such as /dev/stdout: renaming would replace it.
     folder: Option<Folder>,
@@ -118,7 +118,7 @@ pub(crate) struct Output {
 
 impl Output {
     /// Makes sure that the file can be written and is none of the inputs.
-    pub(crate) fn open(place: &Path, inputs: &[&Path]) -> Result<Self, Failure> {
+    pub fn open(place: &Path, inputs: &[&Path]) -> Result<Self, Failure> {
         if place.is_dir() {
             return Err(Failure::at(place, "is a directory; name a file"));
         }
@@ -131,7 +131,8 @@ impl Output {
         Ok(Self { place: place.to_path_buf(), folder })
     }
 
-    pub(crate) fn write(self, bytes: &[u8]) -> Result<PathBuf, Failure> {
+    /// Writes the file and says where.
+    pub fn write(self, bytes: &[u8]) -> Result<PathBuf, Failure> {
         let place = self.place.clone();
         write_all(vec![(self, bytes.to_vec())])?;
         Ok(place)
@@ -139,7 +140,7 @@ impl Output {
 }
 
 /// Writes all files, wherever they are, then gives all of them their names.
-pub(crate) fn write_all(files: Vec<(Output, Vec<u8>)>) -> Result<(), Failure> {
+pub fn write_all(files: Vec<(Output, Vec<u8>)>) -> Result<(), Failure> {
     let mut staged = Vec::new();
     for (output, bytes) in &files {
         staged.push(output.folder.as_ref().map(|folder| folder.stage(&output.place, bytes)).transpose()?);

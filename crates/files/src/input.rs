@@ -1,0 +1,99 @@
+//! Reading files, with errors that name them.
+
+use crate::failure::Failure;
+use planish_geometry::denoise::limits::Mask;
+use planish_geometry::model::Model;
+use planish_geometry::obj::Obj;
+use planish_geometry::progress::Progress;
+use planish_geometry::weld::Welding;
+use std::path::{Path, PathBuf};
+
+/// Share of a mesh's size above which an explicit welding distance can only be a mistake.
+const LARGEST_WELD: f64 = 0.01;
+
+/// All bytes of a file.
+pub fn read(path: &Path) -> Result<Vec<u8>, Failure> {
+    if path.is_dir() {
+        return Err(Failure::at(path, "is a directory, not a file"));
+    }
+    std::fs::read(path).map_err(|e| Failure::at(path, plain(&e)))
+}
+
+/// An OBJ file.
+pub fn obj(path: &Path) -> Result<Obj, Failure> {
+    Obj::parse(read(path)?).map_err(|e| Failure::at(path, e))
+}
+
+/// Reads and welds a mesh.
+pub fn model(path: &Path, welding: Welding, progress: &dyn Progress) -> Result<Model, Failure> {
+    progress.stage("reading");
+    let obj = obj(path)?;
+    progress.check()?;
+    if let Welding::Epsilon(epsilon) = welding {
+        let bounds = obj
+            .positions()
+            .iter()
+            .fold([glam::DVec3::INFINITY, glam::DVec3::NEG_INFINITY], |[l, h], p| [l.min(*p), h.max(*p)]);
+        let diagonal = bounds[0].distance(bounds[1]);
+        if epsilon > LARGEST_WELD * diagonal {
+            let limit = LARGEST_WELD * diagonal;
+            return Err(Failure::at(
+                path,
+                format!("--weld {epsilon} is more than a hundredth of the mesh (at most {limit:.3e})"),
+            ));
+        }
+    }
+    progress.stage("connecting");
+    let model = Model::new(obj, welding);
+    progress.check()?;
+    if model.surface().topology().faces().is_empty() {
+        return Err(Failure::at(path, "no face has three different vertices"));
+    }
+    Ok(model)
+}
+
+/// The vertices that a text picks out of a file with so many `v` lines.
+pub fn mask(path: &Path, v_lines: usize) -> Result<Mask, Failure> {
+    let text = String::from_utf8(read(path)?);
+    let text = text.map_err(|_| Failure::at(path, "is not a text of numbers of `v` lines"))?;
+    Mask::parse(&text, v_lines).map_err(|e| Failure::at(path, e))
+}
+
+/// The words of an operating system error without its number.
+pub fn plain(e: &std::io::Error) -> String {
+    let text = e.to_string();
+    text.split(" (os error").next().unwrap_or(&text).to_owned()
+}
+
+/// A material library that a mesh names.
+#[derive(Clone, Debug)]
+pub struct Library {
+    /// As found, or as named where it is not there.
+    pub path: PathBuf,
+    /// None where it cannot be read.
+    pub bytes: Option<Vec<u8>>,
+}
+
+/// The material libraries that a mesh names, looked for beside it.
+pub fn libraries(mesh: &Path, obj: &Obj) -> Vec<Library> {
+    let folder = mesh.parent().unwrap_or(Path::new(""));
+    let mut found: Vec<Library> = Vec::new();
+    let load = |name: &str| {
+        let path = folder.join(name.replace('\\', "/"));
+        let bytes = std::fs::read(&path).ok();
+        Library { path, bytes }
+    };
+    for argument in &obj.extras().material_libraries {
+        let argument = String::from_utf8_lossy(argument);
+        // One name that may hold blanks, or several names.
+        let whole = load(&argument);
+        let libraries =
+            if whole.bytes.is_some() { vec![whole] } else { argument.split_whitespace().map(load).collect() };
+        for library in libraries {
+            if found.iter().all(|known| known.path != library.path) {
+                found.push(library);
+            }
+        }
+    }
+    found
+}

@@ -1,0 +1,249 @@
+//! Drives the state behind the window as the window does, without one.
+
+use super::document::Kind;
+use super::*;
+use planish_geometry::shapes;
+use std::fs;
+
+struct Bench {
+    app: App,
+    folder: tempfile::TempDir,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let wake: Wake = Arc::new(|| ());
+        let bench = Self { app: App::new(&wake, Remembered::default()), folder };
+        fs::write(bench.path("in.obj"), sphere()).unwrap();
+        bench
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Looks again and again until the state is as expected.
+    #[track_caller]
+    fn until(&mut self, what: &str, holds: impl Fn(&App) -> bool) {
+        let start = Instant::now();
+        loop {
+            self.app.tick(Instant::now(), false);
+            if holds(&self.app) {
+                return;
+            }
+            let messages = self.app.messages();
+            assert!(start.elapsed() < Duration::from_secs(120), "never {what}: {messages:?}");
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    }
+
+    #[track_caller]
+    fn open(&mut self, name: &str) {
+        let path = self.path(name);
+        self.app.open(&path);
+        self.until("opened", |app| app.status(Work::Load).is_none());
+    }
+
+    /// A mesh with its map.
+    #[track_caller]
+    fn baked() -> Self {
+        let mut bench = Self::new();
+        bench.open("in.obj");
+        bench.until("baked", App::is_baked);
+        bench
+    }
+
+    /// The only message, which is an error.
+    #[track_caller]
+    fn complaint(&mut self, name: &str) -> String {
+        self.open(name);
+        let errors: Vec<_> = self.app.messages().iter().filter(|m| m.kind == MessageKind::Error).collect();
+        let [Message { text, .. }] = errors[..] else {
+            panic!("{name}: {:?}", self.app.messages());
+        };
+        let text = text.clone();
+        while !self.app.messages().is_empty() {
+            self.app.dismiss(0);
+        }
+        text
+    }
+}
+
+/// A bumpy ball without texture coordinates.
+fn sphere() -> String {
+    let surface = shapes::dented_sphere(3);
+    let mut text = String::new();
+    for p in surface.positions() {
+        text += &format!("v {} {} {}\n", p.x, p.y, p.z);
+    }
+    for face in surface.topology().faces().iter() {
+        let [a, b, c] = [0, 1, 2].map(|k| face[k] + 1);
+        text += &format!("f {a} {b} {c}\n");
+    }
+    text
+}
+
+fn files(folder: &Path) -> Vec<String> {
+    let mut names: Vec<_> =
+        fs::read_dir(folder).unwrap().map(|f| f.unwrap().file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_mesh_is_baked_saved_and_opened_again() {
+    let mut bench = Bench::baked();
+    let out = bench.path("out");
+    bench.app.save(&out);
+    bench.until("saved", |app| app.messages().iter().any(|m| m.kind == MessageKind::Done));
+    let names = ["in.displacement.png", "in.glb", "in.mtl", "in.obj", "in.planish.json"];
+    assert_eq!(files(&out), names);
+    let planes = bench.app.map().unwrap().displacement().unwrap().planes().to_vec();
+    for name in ["out/in.planish.json", "out/in.displacement.png"] {
+        bench.open(name);
+        assert!(bench.app.is_baked() && matches!(bench.app.map().unwrap().origin, Origin::File(_)), "{name}");
+        assert_eq!(bench.app.map().unwrap().displacement().unwrap().planes(), planes);
+        assert_eq!(
+            bench.app.document().unwrap().mesh.canonicalize().unwrap(),
+            bench.path("in.obj").canonicalize().unwrap()
+        );
+    }
+}
+
+#[test]
+fn a_change_is_baked_when_it_has_settled_and_the_last_result_stays_until_then() {
+    let mut bench = Bench::baked();
+    let first = Arc::clone(bench.app.map().unwrap());
+    let now = Instant::now();
+    for i in 0..5 {
+        bench.app.choices.recipe.settings.lambda.0 = 0.1 * f64::from(i);
+        bench.app.tick(now + i * DEBOUNCE / 2, true);
+        assert!(bench.app.status(Work::Bake).is_none(), "still moving");
+    }
+    assert!(Arc::ptr_eq(bench.app.map().unwrap(), &first) && !bench.app.is_baked());
+    bench.app.tick(now + 4 * DEBOUNCE, true);
+    assert!(bench.app.status(Work::Bake).is_some(), "it rests, although the mouse is down");
+    bench.until("baked", App::is_baked);
+    assert_eq!(bench.app.map().unwrap().manifest.displacement.lambda, 0.4);
+}
+
+#[test]
+fn a_stopped_bake_leaves_the_last_result_and_can_be_asked_for_again() {
+    let mut bench = Bench::baked();
+    let first = Arc::clone(bench.app.map().unwrap());
+    bench.app.choices.recipe.denoiser =
+        options::with(&options::named("taubin"), "/iterations", 100_000.into()).unwrap();
+    bench.until("begun", |app| app.status(Work::Bake).is_some());
+    bench.app.cancel(Work::Bake);
+    bench.until("stopped", |app| app.status(Work::Bake).is_none());
+    assert!(Arc::ptr_eq(bench.app.map().unwrap(), &first) && !bench.app.is_baked());
+    assert_eq!(bench.app.messages()[0].text, "stopped; the last result stays");
+    std::thread::sleep(2 * DEBOUNCE);
+    bench.app.tick(Instant::now(), false);
+    assert!(bench.app.status(Work::Bake).is_none(), "stopped is stopped");
+    bench.app.choices.recipe.denoiser = <_>::default();
+    bench.until("as before", App::is_baked);
+}
+
+#[test]
+fn bad_files_are_named_and_what_is_open_stays() {
+    let mut bench = Bench::baked();
+    fs::write(bench.path("broken.obj"), "v 0 0 0\nv 1 0 zero\n").unwrap();
+    fs::write(bench.path("empty.png"), "").unwrap();
+    fs::write(bench.path("empty.obj"), "").unwrap();
+    fs::create_dir(bench.path("folder.obj")).unwrap();
+    fs::write(bench.path("notes.txt"), "hello").unwrap();
+    fs::write(bench.path("not.planish.json"), "{}").unwrap();
+    for (name, words) in [
+        ("broken.obj", "broken.obj: line 2"),
+        ("empty.png", "empty.png: has no manifest"),
+        ("empty.obj", "empty.obj: "),
+        ("folder.obj", "folder.obj: is a directory"),
+        ("gone.obj", "gone.obj: No such file"),
+        ("notes.txt", "notes.txt: is neither a mesh"),
+        ("not.planish.json", "not.planish.json: not a planish manifest"),
+    ] {
+        let text = bench.complaint(name);
+        assert!(text.contains(words), "{name}: {text}");
+        assert_eq!(bench.app.document().unwrap().mesh, bench.path("in.obj"));
+        assert!(bench.app.is_baked(), "{name}");
+    }
+    assert_eq!(document::kind(Path::new("a.PNG")), Some(Kind::Picture));
+}
+
+#[test]
+fn a_map_whose_files_are_not_its_own_is_refused() {
+    let mut bench = Bench::baked();
+    let out = bench.path("out");
+    bench.app.save(&out);
+    bench.until("saved", |app| app.messages().iter().any(|m| m.kind == MessageKind::Done));
+    bench.app.dismiss(0);
+    fs::write(out.join("in.displacement.png"), "").unwrap();
+    let text = bench.complaint("out/in.planish.json");
+    assert!(text.contains("in.displacement.png: "), "{text}");
+    // The source has changed and the carrier is of another mesh.
+    fs::write(bench.path("in.obj"), sphere() + "v 0 0 9\n").unwrap();
+    let carrier = fs::read_to_string(out.join("in.obj")).unwrap();
+    fs::write(out.join("in.obj"), carrier + "# changed\n").unwrap();
+    let text = bench.complaint("out/in.planish.json");
+    assert!(text.contains("in.obj: "), "{text}");
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_to_gets_nothing() {
+    let mut bench = Bench::baked();
+    fs::write(bench.path("taken"), "").unwrap();
+    let taken = bench.path("taken");
+    bench.app.save(&taken);
+    bench.until("failed", |app| app.messages().iter().any(|m| m.kind == MessageKind::Error));
+    assert_eq!(files(bench.folder.path()), ["in.obj", "taken"]);
+}
+
+#[test]
+fn a_changed_file_is_read_again() {
+    let mut bench = Bench::baked();
+    let before = bench.app.document().unwrap().info.vertex_lines;
+    fs::write(bench.path("in.obj"), sphere() + "v 0 0 9\n").unwrap();
+    bench.until("read again", |app| app.document().unwrap().info.vertex_lines == before + 1);
+    bench.until("baked again", App::is_baked);
+    fs::remove_file(bench.path("in.obj")).unwrap();
+    std::thread::sleep(Duration::from_millis(1200));
+    bench.app.tick(Instant::now(), false);
+    assert!(bench.app.is_baked() && bench.app.messages().iter().all(|m| m.kind != MessageKind::Error));
+}
+
+#[test]
+fn undo_goes_back_over_choices_and_not_over_the_camera() {
+    let mut bench = Bench::baked();
+    bench.app.choices.view.displace.lambda = 0.25;
+    bench.app.tick(Instant::now(), false);
+    bench.app.choices.view.camera.yaw = 99.0;
+    bench.app.choices.recipe.settings.lambda.0 = 0.5;
+    bench.app.tick(Instant::now(), false);
+    bench.app.undo();
+    assert_eq!(bench.app.choices.recipe.settings.lambda.0, 1.0);
+    bench.app.undo();
+    assert_eq!((bench.app.choices.view.displace.lambda, bench.app.choices.view.camera.yaw), (1.0, 99.0));
+    assert_eq!(bench.app.can_undo_redo(), [false, true]);
+    bench.app.redo();
+    assert_eq!(bench.app.choices.view.displace.lambda, 0.25);
+}
+
+#[test]
+fn a_clean_mesh_is_measured_against_while_lambda_moves() {
+    let mut bench = Bench::baked();
+    let clean = bench.path("in.obj");
+    bench.app.compare_with(&clean);
+    let displaced = |app: &App| app.measured().and_then(|m| m.displaced.clone());
+    bench.until("measured", |app| displaced(app).is_some_and(|(lambda, _)| lambda == 1.0));
+    let measured = bench.app.measured().unwrap();
+    assert!(measured.noisy.ea < 1e-9 && measured.displaced.as_ref().unwrap().1.ea > 0.1, "{measured:?}");
+    bench.app.choices.view.displace.lambda = 0.0;
+    bench.until("measured again", |app| displaced(app).is_some_and(|(lambda, c)| lambda == 0.0 && c.ea < 1e-3));
+    fs::write(bench.path("other.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let other = bench.path("other.obj");
+    bench.app.compare_with(&other);
+    bench.until("refused", |app| app.messages().iter().any(|m| m.text.contains("the clean mesh has 3 vertices")));
+    assert!(bench.app.clean().is_none());
+}

@@ -1,0 +1,107 @@
+//! Tells when files change: a thread that looks at them twice a second, which works on every file system.
+
+use super::jobs::Wake;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::time::{Duration, SystemTime};
+
+const EVERY: Duration = Duration::from_millis(500);
+
+/// When a file was written and how long it is; none where it is gone.
+type Stamp = Option<(SystemTime, u64)>;
+
+fn stamp(path: &Path) -> Stamp {
+    let metadata = std::fs::metadata(path).ok()?;
+    Some((metadata.modified().ok()?, metadata.len()))
+}
+
+struct Watched {
+    path: PathBuf,
+    /// As it was read.
+    known: Stamp,
+    /// As it was at the last look.
+    last: Stamp,
+    changed: bool,
+}
+
+/// Watches some files.
+pub struct Watch {
+    files: Arc<Mutex<Vec<Watched>>>,
+}
+
+impl Watch {
+    /// Begins to watch nothing.
+    pub fn new(wake: Wake) -> Self {
+        let files = Arc::new(Mutex::new(Vec::new()));
+        let weak = Arc::downgrade(&files);
+        // Without a thread nothing is watched, which is no reason not to work.
+        let _ = std::thread::Builder::new().name("planish-watch".to_owned()).spawn(move || look(&weak, &wake));
+        Self { files }
+    }
+
+    /// Watches these files from now on, instead of those before.
+    pub fn these(&self, paths: &[PathBuf]) {
+        let watched = |path: &PathBuf| {
+            let now = stamp(path);
+            Watched { path: path.clone(), known: now, last: now, changed: false }
+        };
+        *self.files.lock().unwrap_or_else(PoisonError::into_inner) = paths.iter().map(watched).collect();
+    }
+
+    /// Whether a file has changed since it was first watched, or since the last call that said so.
+    pub fn has_changed(&self) -> bool {
+        let mut files = self.files.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut any = false;
+        for file in files.iter_mut() {
+            any |= std::mem::take(&mut file.changed);
+        }
+        any
+    }
+}
+
+fn look(files: &Weak<Mutex<Vec<Watched>>>, wake: &Wake) {
+    loop {
+        std::thread::sleep(EVERY);
+        let Some(files) = files.upgrade() else { return };
+        let mut news = false;
+        for file in files.lock().unwrap_or_else(PoisonError::into_inner).iter_mut() {
+            let now = stamp(&file.path);
+            // A file that is being written changes from look to look, and one that is replaced may be gone for a moment.
+            if now.is_some() && now == file.last && now != file.known {
+                file.known = now;
+                file.changed = true;
+                news = true;
+            }
+            file.last = now;
+        }
+        if news {
+            wake();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::mpsc;
+
+    #[test]
+    fn a_changed_file_is_reported_once_and_a_vanished_one_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.obj");
+        std::fs::write(&path, "v 0 0 0\n").unwrap();
+        let (told, heard) = mpsc::channel();
+        let watch = Watch::new(Arc::new(move || {
+            let _ = told.send(());
+        }));
+        watch.these(std::slice::from_ref(&path));
+        assert!(!watch.has_changed());
+        std::fs::remove_file(&path).unwrap();
+        std::fs::write(&path, "v 0 0 0\nv 1 0 0\n").unwrap();
+        heard.recv_timeout(Duration::from_secs(60)).unwrap();
+        assert!(watch.has_changed());
+        assert!(!watch.has_changed());
+        std::fs::remove_file(&path).unwrap();
+        assert!(heard.recv_timeout(3 * EVERY).is_err());
+    }
+}

@@ -1,0 +1,40 @@
+//! How far off a clean mesh the displaced surface is, for heat maps.
+
+use crate::input;
+use crate::scene::Scene;
+use crate::settings::{Displace, Range};
+use glam::{DVec3, Vec3};
+use planish_geometry::metrics::{self, CompareError, Heat, Triangles};
+use planish_geometry::model::Model;
+use std::borrow::Cow;
+
+/// The error of each vertex of a scene as it is displaced, degrees or mean edge lengths. #V, not a number at vertices without
+/// a face.
+///
+/// `model` is what the scene was made of; `clean` has the same faces as its file.
+pub fn errors(
+    model: &Model,
+    scene: &Scene,
+    displace: &Displace,
+    clean: &Triangles,
+    what: Heat,
+) -> Result<Vec<f32>, CompareError> {
+    let positions = scene
+        .relief
+        .as_ref()
+        .map_or(Cow::Borrowed(&scene.mesh().positions), |relief| Cow::Owned(relief.displaced(displace)));
+    let origin = input::origin(model);
+    let places: Vec<DVec3> = positions.iter().map(|p: &Vec3| p.as_dvec3() + origin).collect();
+    let result = Triangles::from(model.obj()).at(model.weld().spread(&places));
+    let heat = metrics::heat(clean, &result, what)?;
+    Ok(model.weld().first().iter().map(|&line| heat[line as usize] as f32).collect())
+}
+
+/// From no error to the 99th percentile: one bad vertex must not leave all others in one colour.
+pub fn range(errors: &[f32]) -> Range {
+    let mut sorted: Vec<f64> = errors.iter().filter(|x| x.is_finite()).map(|x| f64::from(*x)).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let high = metrics::percentile(&sorted, 0.99) as f32;
+    // Where nothing is off there is no colour but the first.
+    Range { low: 0.0, high: if high > 0.0 { high } else { 1.0 } }
+}

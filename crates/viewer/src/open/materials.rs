@@ -1,0 +1,71 @@
+//! Textures that the materials of a mesh name.
+
+use super::picture;
+use crate::texture::{Content, Texture, Textures};
+use planish_geometry::materials::{self, Material};
+use planish_geometry::model::Model;
+use planish_geometry::obj::Obj;
+use std::path::{Path, PathBuf};
+
+/// Each triangle gets the texture of its face's material. What cannot be read is left out, with a word about it: the mesh
+/// can be seen without.
+pub(super) fn textures(mesh: &Path, model: &Model, warnings: &mut Vec<String>) -> Textures {
+    let obj = model.obj();
+    let known = materials(mesh, obj, warnings);
+    let (mut all, mut files): (Vec<Texture>, Vec<(String, Option<u32>)>) = (Vec::new(), Vec::new());
+    let mut texture_of = |name: &[u8]| -> Option<u32> {
+        let material = known.iter().find(|material| material.name.as_bytes() == name.trim_ascii())?;
+        let file = material.diffuse_texture.clone()?;
+        if let Some((_, place)) = files.iter().find(|(known, _)| *known == file) {
+            return *place;
+        }
+        let place = match picture(&beside(mesh, &file), Content::Colour) {
+            Ok(texture) => {
+                all.push(texture);
+                Some(all.len() as u32 - 1)
+            }
+            Err(e) => {
+                warnings.push(format!("{e}; its faces are drawn without a texture"));
+                None
+            }
+        };
+        files.push((file, place));
+        place
+    };
+    let of_materials: Vec<Option<u32>> = obj.extras().materials.iter().map(|name| texture_of(name)).collect();
+    let surface = model.surface();
+    let of_triangle = |corners: &[u32; 3]| {
+        let face = model.source_face(surface.topology().face(corners[0]));
+        of_materials[obj.face_material(face)? as usize]
+    };
+    let of_triangles = surface.triangle_corners().iter().map(of_triangle).collect();
+    Textures::by_triangle(all, of_triangles).unwrap_or_default()
+}
+
+/// All materials of the libraries that the mesh names.
+fn materials(mesh: &Path, obj: &Obj, warnings: &mut Vec<String>) -> Vec<Material> {
+    let mut all = Vec::new();
+    for argument in &obj.extras().material_libraries {
+        let argument = String::from_utf8_lossy(argument);
+        // One name that may hold blanks, or several names.
+        let whole = beside(mesh, &argument);
+        let paths = if whole.exists() {
+            vec![whole]
+        } else {
+            argument.split_whitespace().map(|name| beside(mesh, name)).collect()
+        };
+        for path in paths {
+            let read = || materials::read(&std::fs::read(&path).map_err(|e| e.to_string())?).map_err(|e| e.to_string());
+            match read() {
+                Ok(materials) => all.extend(materials),
+                Err(reason) => warnings.push(format!("{}: {reason}", path.display())),
+            }
+        }
+    }
+    all
+}
+
+/// Windows' backslashes are read everywhere.
+fn beside(mesh: &Path, name: &str) -> PathBuf {
+    mesh.with_file_name(name.replace('\\', "/"))
+}

@@ -1,0 +1,213 @@
+//! What lights a picture: shadow maps, the environment and the ground, as the shaders get them.
+
+use super::bindings::{Layouts, bind};
+use super::pictures;
+use super::uploaded::Uploaded;
+use crate::camera::View;
+use crate::environment::{Around, Part};
+use crate::gpu::{DEPTH, Gpu};
+use crate::gpu_types::{Caster, Environment, Eye, Ground, Shadows};
+use crate::ground::{self, Disc, Show};
+use crate::lights::lamps;
+use crate::scene::Scene;
+use crate::settings::{Settings, Shading};
+use crate::shadow::{self, Filter, Rays};
+use bytemuck::Zeroable as _;
+use glam::{Mat4, Vec3};
+use std::sync::{Mutex, PoisonError};
+use wgpu::BufferUsages;
+
+/// Depth pictures, one for each eye of the lights.
+#[derive(Clone, Debug)]
+pub(super) struct Maps {
+    size: u32,
+    all: wgpu::TextureView,
+    pub(super) each: Vec<wgpu::TextureView>,
+}
+
+impl Maps {
+    fn new(gpu: &Gpu, size: u32, count: u32) -> Self {
+        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("shadow maps"),
+            size: wgpu::Extent3d { width: size, height: size, depth_or_array_layers: layers(count) },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: DEPTH,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        });
+        let layer = |layer| {
+            texture.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(wgpu::TextureViewDimension::D2),
+                base_array_layer: layer,
+                array_layer_count: Some(1),
+                ..wgpu::TextureViewDescriptor::default()
+            })
+        };
+        let all = texture.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(wgpu::TextureViewDimension::D2Array),
+            ..wgpu::TextureViewDescriptor::default()
+        });
+        Self { size, all, each: (0..count).map(layer).collect() }
+    }
+}
+
+/// wgpu's OpenGL takes a single layer for no array, and multiples of six for cubes.
+fn layers(count: u32) -> u32 {
+    if count <= 1 { 2 } else { count + u32::from(count.is_multiple_of(6)) }
+}
+
+/// The maps of the last picture: most pictures want the same ones again.
+#[derive(Debug, Default)]
+pub(super) struct Cache(Mutex<Option<Maps>>);
+
+impl Cache {
+    fn maps(&self, gpu: &Gpu, size: u32, count: u32) -> Maps {
+        let mut cache = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*cache {
+            Some(maps) if maps.size == size && maps.each.len() == count as usize => maps.clone(),
+            _ => cache.insert(Maps::new(gpu, size, count)).clone(),
+        }
+    }
+}
+
+/// Bindings for one picture.
+pub(super) struct Lighting {
+    pub(super) frame_bindings: wgpu::BindGroup,
+    pub(super) caster_bindings: wgpu::BindGroup,
+    /// Bytes from one eye's uniforms to the next one's.
+    pub(super) caster_stride: u32,
+    /// Which maps are drawn.
+    pub(super) eyes: usize,
+    pub(super) maps: Maps,
+    /// Whether the ground is drawn.
+    pub(super) has_ground: bool,
+    /// Whether a map is shown instead of the picture.
+    pub(super) shows_map: bool,
+}
+
+impl Lighting {
+    pub(super) fn new(
+        gpu: &Gpu,
+        layouts: &Layouts,
+        cache: &Cache,
+        uploaded: &Uploaded,
+        scene: &Scene,
+        settings: &Settings,
+        aspect: f32,
+    ) -> Self {
+        let device = &gpu.device;
+        let view = ground::view(scene, settings, aspect);
+        let (shadows, count) = shadows(scene, settings, &view);
+        let size = settings.shadow.size.min(device.limits().max_texture_dimension_2d);
+        // There is always one, because something has to be bound.
+        let maps = if count == 0 { cache.maps(gpu, 1, 1) } else { cache.maps(gpu, size, count as u32) };
+        let uniform = |bytes: &[u8]| gpu.filled(bytes, BufferUsages::UNIFORM);
+        let stride = size_of::<Caster>().next_multiple_of(device.limits().min_uniform_buffer_offset_alignment as usize);
+        let mut casters = vec![0; stride * count.max(1)];
+        for (bytes, eye) in casters.chunks_exact_mut(stride).zip(&shadows.eyes[..count]) {
+            let moves = u32::from(settings.shading != Shading::Bump);
+            let caster = Caster { clip_from_world: eye.clip_from_world, moves, ..Caster::zeroed() };
+            bytes[..size_of::<Caster>()].copy_from_slice(bytemuck::bytes_of(&caster));
+        }
+        let casters = uniform(&casters);
+        let caster = wgpu::BufferBinding {
+            buffer: &casters,
+            offset: 0,
+            size: wgpu::BufferSize::new(size_of::<Caster>() as u64),
+        };
+        let ground = ground_of(scene, settings, &view);
+        let buffers = [
+            uniform(bytemuck::bytes_of(&shadows)),
+            uniform(bytemuck::bytes_of(&environment(scene, settings, &view, aspect))),
+            uniform(bytemuck::bytes_of(&ground.unwrap_or_default())),
+        ];
+        let [shadow_buffer, environment, ground_buffer] = buffers.each_ref().map(wgpu::Buffer::as_entire_binding);
+        let nearest = device.create_sampler(&wgpu::SamplerDescriptor::default());
+        let resources = [
+            uploaded.frame.as_entire_binding(),
+            shadow_buffer,
+            wgpu::BindingResource::TextureView(&maps.all),
+            environment,
+            wgpu::BindingResource::TextureView(&uploaded.environment),
+            wgpu::BindingResource::Sampler(&uploaded.environment_sampler),
+            ground_buffer,
+            wgpu::BindingResource::Sampler(&nearest),
+        ];
+        Self {
+            frame_bindings: bind(device, &layouts.frame, &resources),
+            caster_bindings: bind(device, &layouts.caster, &[wgpu::BindingResource::Buffer(caster)]),
+            caster_stride: stride as u32,
+            eyes: count,
+            has_ground: ground.is_some(),
+            shows_map: settings.shadow.show_map.is_some_and(|shown| (shown as usize) < count),
+            maps,
+        }
+    }
+}
+
+/// And how many eyes there are.
+fn shadows(scene: &Scene, settings: &Settings, view: &View) -> (Shadows, usize) {
+    let shadow = &settings.shadow;
+    let bounds = scene.bounds();
+    let mut all = Shadows {
+        kernel: shadow.kernel as i32,
+        slope_bias: shadow.slope_bias * bounds.radius,
+        least_bias: shadow.least_bias * bounds.radius,
+        shown: shadow.show_map.unwrap_or(0),
+        ..Shadows::zeroed()
+    };
+    let mut count = 0;
+    if shadow.filter == Filter::None && shadow.show_map.is_none() {
+        return (all, count);
+    }
+    let eyes = shadow::eyes_of_lights(scene, settings, view, &lamps(scene, settings, view));
+    for (i, eyes) in eyes.into_iter().enumerate() {
+        (all.first_eye[i], all.eye_count[i]) = (count as u32, eyes.len() as u32);
+        for eye in eyes {
+            let (parallel, half_width) = match eye.rays {
+                Rays::Parallel(half) => (1.0, half),
+                Rays::Perspective(half) => (0.0, half),
+            };
+            let shadow::Eye { clip_from_world, near, far, light_size, .. } = eye;
+            let world_from_clip = clip_from_world.inverse();
+            all.eyes[count] =
+                Eye { clip_from_world, world_from_clip, near, far, half_width, light_size, parallel, ..Eye::zeroed() };
+            count += 1;
+        }
+    }
+    (all, count)
+}
+
+fn environment(scene: &Scene, settings: &Settings, view: &View, aspect: f32) -> Environment {
+    let Some(around) = Around::new(scene, settings, view, aspect) else { return Environment::zeroed() };
+    let Around { surroundings, environment, environment_from_world, rays } = around;
+    let shown = |part| f32::from(u8::from(part == Part::Shown));
+    Environment {
+        environment_from_world: Mat4::from_mat3(environment_from_world),
+        rays: Mat4::from_mat3(rays),
+        irradiance: environment.irradiance.coefficients.map(|c| (surroundings.intensity * c).extend(0.0)),
+        intensity: surroundings.intensity,
+        reflectance: surroundings.reflectance,
+        roughness: surroundings.roughness,
+        roughest: (environment.levels.len() - 1) as f32,
+        background: shown(surroundings.background),
+        blur: surroundings.blur,
+        ambient: shown(surroundings.ambient),
+        ..Environment::zeroed()
+    }
+}
+
+fn ground_of(scene: &Scene, settings: &Settings, view: &View) -> Option<Ground> {
+    let Disc { centre, radius, up, colour, show, .. } = Disc::new(scene, settings, view)?;
+    let (_, front) = settings.camera.axes();
+    let catches = f32::from(u8::from(show == Show::Shadows));
+    Some(Ground { centre, radius, right: up.cross(front), catches, ahead: -front, colour, ..Ground::zeroed() })
+}
+
+/// The cube map of a scene on the device; black without one.
+pub(super) fn environment_map(gpu: &Gpu, scene: &Scene) -> wgpu::TextureView {
+    let black = [crate::environment::cube::CubeMap::from_fn(1, |_| Vec3::ZERO)];
+    pictures::cube(gpu, scene.environment.as_ref().map_or(&black[..], |environment| &environment.levels))
+}

@@ -1,0 +1,93 @@
+//! How long a picture takes, and what it takes up.
+
+use planish_viewer::gpu::{FORMAT, NoGpu};
+use planish_viewer::renderer::{Renderer, Smoothness};
+use planish_viewer::scene::Scene;
+use planish_viewer::settings::Settings;
+use serde::Serialize;
+use std::time::{Duration, Instant};
+
+/// Frames that are drawn for the median.
+const FRAMES: usize = 15;
+
+/// What `--timings` prints. Seconds.
+#[derive(Debug, Serialize)]
+pub(crate) struct Timings {
+    adapter: String,
+    triangles: usize,
+    width: u32,
+    height: u32,
+    /// From the start of the program until the scene is in memory: reading, and baking where there is no map.
+    opening: f64,
+    /// Finding the device and compiling the shaders.
+    starting: f64,
+    /// Copying the scene to it.
+    uploading: f64,
+    /// Drawing the first frame, as a window would.
+    first_frame: f64,
+    /// The median of the frames that follow.
+    frame: f64,
+    /// All of these but the last.
+    start_to_picture: f64,
+    /// Buffers of the scene on the device, bytes; textures come on top.
+    scene_bytes: u64,
+    /// Most memory that the program held, bytes; only on Linux.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    peak_memory: Option<u64>,
+}
+
+/// Draws with one sample a pixel and the GPU's own smoothing, as a window does.
+pub(crate) fn measure(
+    renderer: &Renderer,
+    scene: &Scene,
+    settings: &Settings,
+    opening: Duration,
+    starting: Duration,
+) -> Result<Timings, NoGpu> {
+    let gpu = renderer.gpu();
+    let begun = Instant::now();
+    let uploaded = renderer.upload(scene)?;
+    gpu.wait();
+    let uploading = begun.elapsed();
+    let target = renderer.target(settings.size, Smoothness::SmoothEdges);
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("frame"),
+        size: wgpu::Extent3d { width: settings.size.width, height: settings.size.height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: FORMAT,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+        view_formats: &[],
+    });
+    let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+    let frame = || {
+        let begun = Instant::now();
+        renderer.draw(&uploaded, scene, settings, &target, &view);
+        gpu.wait();
+        begun.elapsed()
+    };
+    let first_frame = frame();
+    let mut frames: Vec<Duration> = (0..FRAMES).map(|_| frame()).collect();
+    frames.sort_unstable();
+    Ok(Timings {
+        adapter: gpu.adapter.name.clone(),
+        triangles: scene.mesh().triangles.len(),
+        width: settings.size.width,
+        height: settings.size.height,
+        opening: opening.as_secs_f64(),
+        starting: starting.as_secs_f64(),
+        uploading: uploading.as_secs_f64(),
+        first_frame: first_frame.as_secs_f64(),
+        frame: frames[FRAMES / 2].as_secs_f64(),
+        start_to_picture: (opening + starting + uploading + first_frame).as_secs_f64(),
+        scene_bytes: uploaded.bytes(),
+        peak_memory: peak_memory(),
+    })
+}
+
+fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.split_whitespace().next()?.parse::<u64>().ok().map(|kib| 1024 * kib)
+}

@@ -1,0 +1,311 @@
+//! The window: an event loop, a surface, and what is drawn on it. What it shows is decided in [`crate::app`].
+
+mod controls;
+mod dialog;
+mod keys;
+mod log;
+pub mod panel;
+mod screen;
+mod session;
+mod stage;
+mod view;
+
+pub use session::Session;
+
+use crate::app::jobs::{self, Wake};
+use crate::app::remembered::{self, Remembered};
+use crate::app::{App, MessageKind, document, pictures};
+use crate::gpu::{Backend, NoGpu};
+use crate::settings::{Settings, Shading};
+use log::Log;
+use screen::Screen;
+use session::{Action, Wanted};
+use stage::Stage;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use thiserror::Error;
+use winit::application::ApplicationHandler;
+use winit::dpi::LogicalSize;
+use winit::event::WindowEvent;
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
+use winit::window::{Window, WindowId};
+
+/// Why there is no window.
+#[derive(Debug, Error)]
+pub enum NoWindow {
+    /// No display, or none that allows windows.
+    #[error("no window can be opened: {0}; draw into a file with --headless OUT.png")]
+    Display(String),
+    /// No device.
+    #[error(transparent)]
+    Gpu(#[from] NoGpu),
+    /// The log cannot be written.
+    #[error("{0}")]
+    Log(#[from] planish_files::failure::Failure),
+}
+
+/// What the command line says.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// What to open first.
+    pub open: Option<PathBuf>,
+    /// Which driver draws.
+    pub backend: Backend,
+    /// How to draw.
+    pub settings: Settings,
+    /// Write what happens, one JSON object a line.
+    pub log: Option<PathBuf>,
+}
+
+/// Something happened in the background.
+#[derive(Clone, Copy, Debug)]
+struct News;
+
+/// Opens the window and runs until it is closed.
+pub fn run(options: Options) -> Result<(), NoWindow> {
+    let display = |e: &dyn ToString| NoWindow::Display(e.to_string());
+    // Work in the background shares the cores with the window, which comes first.
+    let _ = rayon::ThreadPoolBuilder::new().start_handler(|_| jobs::lower_priority()).build_global();
+    let event_loop = EventLoop::<News>::with_user_event().build().map_err(|e| display(&e))?;
+    let mut shell = Shell::new(options, event_loop.create_proxy())?;
+    event_loop.run_app(&mut shell).map_err(|e| display(&e))?;
+    shell.failed.map_or(Ok(()), Err)
+}
+
+struct Shell {
+    options: Options,
+    app: App,
+    session: Session,
+    log: Log,
+    proxy: EventLoopProxy<News>,
+    open: Option<Open>,
+    failed: Option<NoWindow>,
+}
+
+/// What there is while there is a window.
+struct Open {
+    window: Arc<Window>,
+    context: egui::Context,
+    input: egui_winit::State,
+    screen: Screen,
+    stage: Stage,
+    /// When to draw again although nothing happens.
+    again: Option<Instant>,
+}
+
+impl Shell {
+    fn new(options: Options, proxy: EventLoopProxy<News>) -> Result<Self, NoWindow> {
+        let log = Log::open(options.log.as_deref())?;
+        let remembered = remembered::place().map(|place| Remembered::load(&place)).unwrap_or_default();
+        let mut app = App::new(&wake(&proxy), remembered);
+        app.choices.view = options.settings.clone();
+        let session = Session { panel_hidden: app.remembered.panel_hidden, ..Session::default() };
+        Ok(Self { options, app, session, log, proxy, open: None, failed: None })
+    }
+
+    fn open_window(&self, event_loop: &ActiveEventLoop) -> Result<Open, NoWindow> {
+        let [width, height] = self.app.remembered.size.unwrap_or([1280.0, 800.0]);
+        let attributes = Window::default_attributes()
+            .with_title("planish")
+            .with_inner_size(LogicalSize::new(width, height))
+            .with_min_inner_size(LogicalSize::new(480.0, 320.0))
+            .with_maximized(self.app.remembered.maximised);
+        let window = event_loop.create_window(attributes).map_err(|e| NoWindow::Display(e.to_string()))?;
+        self.open_on(Arc::new(window), event_loop)
+    }
+
+    /// What draws in a window. Nothing of it outlives its graphics device.
+    fn open_on(&self, window: Arc<Window>, event_loop: &ActiveEventLoop) -> Result<Open, NoWindow> {
+        let (screen, gpu) = Screen::new(&window, event_loop, self.options.backend)?;
+        let stage = Stage::new(gpu, &wake(&self.proxy));
+        let context = egui::Context::default();
+        panel::style(&context);
+        let side = stage.largest_texture();
+        let theme = window.theme();
+        let input = egui_winit::State::new(context.clone(), egui::ViewportId::ROOT, &*window, None, theme, Some(side));
+        Ok(Open { window, context, input, screen, stage, again: None })
+    }
+
+    /// Begins anew on another device: drivers are updated, cards are pulled out and notebooks wake up.
+    fn replace_device(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(Open { window, screen, .. }) = self.open.take() else { return };
+        // A window has one surface at a time.
+        drop(screen);
+        match self.open_on(Arc::clone(&window), event_loop) {
+            Ok(open) if !open.stage.is_lost() => {
+                self.app.say(MessageKind::Warning, "the graphics device was lost and has been replaced");
+                self.session.forget_device();
+                self.open = Some(open);
+                window.request_redraw();
+            }
+            Ok(open) => self.fail(event_loop, NoGpu::Lost { adapter: open.stage.adapter() }.into()),
+            Err(e) => self.fail(event_loop, e),
+        }
+    }
+
+    fn fail(&mut self, event_loop: &ActiveEventLoop, why: NoWindow) {
+        self.failed = Some(why);
+        event_loop.exit();
+    }
+
+    /// One frame.
+    fn draw(&mut self, event_loop: &ActiveEventLoop) {
+        if self.open.as_ref().is_some_and(|open| open.stage.is_lost()) {
+            return self.replace_device(event_loop);
+        }
+        let Self { app, session, log, open: Some(open), .. } = self else { return };
+        let start = Instant::now();
+        open.again = app.tick(start, open.context.input(|i| i.pointer.any_down()));
+        let input = open.input.take_egui_input(&open.window);
+        open.stage.follow(app);
+        session.pictures = open.stage.pictures();
+        session.showing = open.stage.status();
+        let output = open.context.run_ui(input, |ui| panel::show(ui, app, session));
+        open.input.handle_platform_output_with_event_loop(&open.window, event_loop, output.platform_output);
+        let drawn = session
+            .view
+            .map_or(0, |view| open.stage.draw(&mut open.screen, app, session, view, output.pixels_per_point));
+        let triangles = open.context.tessellate(output.shapes, output.pixels_per_point);
+        let waited = open.screen.paint(&triangles, output.textures_delta, output.pixels_per_point);
+        for complaint in open.stage.complaints() {
+            app.say(MessageKind::Error, format!("the graphics driver: {complaint}"));
+        }
+        let delay = output.viewport_output.get(&egui::ViewportId::ROOT).map_or(Duration::MAX, |v| v.repaint_delay);
+        if let Some(then) = start.checked_add(delay) {
+            open.again = Some(open.again.map_or(then, |other| other.min(then)));
+        }
+        log.frame(start.elapsed(), waited, drawn, app);
+        log.state(app, session, output.pixels_per_point);
+        self.act(event_loop);
+    }
+
+    /// Does what the panel asked for and cannot do itself.
+    fn act(&mut self, event_loop: &ActiveEventLoop) {
+        let Self { app, session, open: Some(open), .. } = self else { return };
+        for action in std::mem::take(&mut session.actions) {
+            match action {
+                Action::Quit => event_loop.exit(),
+                Action::Copy(text) => open.context.copy_text(text),
+                Action::Screenshot => {
+                    let (Some(document), Some(draw)) = (app.document(), open.stage.drawer()) else { continue };
+                    let (path, settings) = (pictures::screenshot(&document.mesh), for_file(&app.choices.view));
+                    app.draw(move |_| Ok(vec![pictures::save(&draw(&settings)?, &path)?]));
+                }
+                Action::Turntable(count) => {
+                    let (Some(document), Some(draw)) = (app.document(), open.stage.drawer()) else { continue };
+                    let folder = pictures::turntable_folder(&document.mesh);
+                    let settings = for_file(&app.choices.view);
+                    app.draw(move |ticket| pictures::turntable(&settings, count, &folder, draw, ticket));
+                }
+            }
+            open.window.request_redraw();
+        }
+    }
+
+    fn remember(&mut self) {
+        let Some(open) = &self.open else { return };
+        let size: LogicalSize<f32> = open.window.inner_size().to_logical(open.window.scale_factor());
+        let remembered = &mut self.app.remembered;
+        remembered.maximised = open.window.is_maximized();
+        if !remembered.maximised {
+            remembered.size = Some([size.width, size.height]);
+        }
+        remembered.panel_hidden = self.session.panel_hidden;
+        if let Some(place) = remembered::place() {
+            // The window is closing: nobody would read a complaint, and nothing of the user's is lost.
+            let _ = remembered.save(&place);
+        }
+    }
+}
+
+/// Pictures in files are smoother than those in the window, where time is short.
+fn for_file(view: &Settings) -> Settings {
+    let supersampling = if view.shading == Shading::Flat { 3 } else { 2 };
+    Settings { supersampling, ..view.clone() }
+}
+
+fn wake(proxy: &EventLoopProxy<News>) -> Wake {
+    let proxy = proxy.clone();
+    Arc::new(move || {
+        // A loop that has ended needs no news.
+        let _ = proxy.send_event(News);
+    })
+}
+
+/// Opens whatever was dropped or chosen: what a file is decides what is done with it.
+fn take(app: &mut App, wanted: Wanted, path: &Path) {
+    let is_mesh = document::kind(path) == Some(document::Kind::Mesh);
+    match wanted {
+        Wanted::Clean if is_mesh => app.compare_with(path),
+        Wanted::Target if is_mesh => app.choices.recipe.target = Some(path.to_owned()),
+        Wanted::Mask if !is_mesh => app.choices.recipe.limits.mask = Some(path.to_owned()),
+        Wanted::Environment => {
+            let Ok(source) = path.to_string_lossy().parse();
+            app.choices.view.environment.get_or_insert_default().source = source;
+        }
+        _ => app.open(path),
+    }
+}
+
+impl ApplicationHandler<News> for Shell {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.open.is_some() {
+            return;
+        }
+        match self.open_window(event_loop) {
+            Ok(open) => {
+                open.window.request_redraw();
+                self.open = Some(open);
+                if let Some(path) = self.options.open.take() {
+                    self.app.open(&path);
+                }
+            }
+            Err(e) => self.fail(event_loop, e),
+        }
+    }
+
+    fn user_event(&mut self, _: &ActiveEventLoop, _: News) {
+        if let Some(open) = &self.open {
+            open.window.request_redraw();
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        if event == WindowEvent::RedrawRequested {
+            // egui would ask for the next frame, and so on for ever.
+            return self.draw(event_loop);
+        }
+        let Some(open) = &mut self.open else { return };
+        let response = open.input.on_window_event(&open.window, &event);
+        if response.repaint {
+            open.window.request_redraw();
+        }
+        match event {
+            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::Resized(size) => open.screen.resize(size),
+            WindowEvent::DroppedFile(path) => take(&mut self.app, Wanted::Open, &path),
+            _ => {}
+        }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(open) = &mut self.open else { return };
+        match open.again {
+            Some(then) if then <= Instant::now() => {
+                open.again = None;
+                open.window.request_redraw();
+                event_loop.set_control_flow(ControlFlow::Wait);
+            }
+            Some(then) => event_loop.set_control_flow(ControlFlow::WaitUntil(then)),
+            None => event_loop.set_control_flow(ControlFlow::Wait),
+        }
+    }
+
+    fn exiting(&mut self, _: &ActiveEventLoop) {
+        self.app.close();
+        self.remember();
+        // The surface goes before the window that it is of.
+        self.open = None;
+    }
+}

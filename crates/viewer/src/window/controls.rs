@@ -1,0 +1,157 @@
+//! What the mouse does to the camera. Angles in degrees; pointer positions in normalised device coordinates, y up.
+
+use crate::camera::{Camera, Projection};
+use crate::scene::Sphere;
+use glam::{Vec2, Vec3};
+
+/// Degrees that a drag over the height of the view turns the model.
+const TURN: f32 = 200.0;
+
+/// A camera before a model, in a view of some shape.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stand {
+    /// Of the model.
+    pub(super) bounds: Sphere,
+    /// Width / height.
+    pub(super) aspect: f32,
+}
+
+impl Stand {
+    /// The point under the pointer, as far away as what the camera looks at. World space.
+    fn under(&self, camera: &Camera, pointer: Vec2) -> Vec3 {
+        let view = camera.view(self.bounds, self.aspect);
+        let target = self.bounds.centre + self.radius() * camera.target;
+        let depth = view.clip_from_world.project_point3(target).z;
+        view.clip_from_world.inverse().project_point3(pointer.extend(depth))
+    }
+
+    fn radius(&self) -> f32 {
+        self.bounds.radius.max(f32::MIN_POSITIVE.sqrt())
+    }
+
+    fn shift(&self, camera: &mut Camera, way: Vec3) {
+        let moved = camera.target + way / self.radius();
+        // Beyond that nothing of the model can be seen.
+        camera.target = moved.clamp_length_max(100.0);
+    }
+
+    /// Moves the model with the pointer.
+    pub(super) fn pan(&self, camera: &mut Camera, from: Vec2, to: Vec2) {
+        let way = self.under(camera, from) - self.under(camera, to);
+        self.shift(camera, way);
+    }
+
+    /// Goes nearer (factor below 1) or away; what is under the pointer stays there.
+    pub(super) fn zoom(&self, camera: &mut Camera, pointer: Vec2, factor: f32) {
+        let before = self.under(camera, pointer);
+        camera.distance = (camera.distance * factor).clamp(0.01, 50.0);
+        let way = before - self.under(camera, pointer);
+        self.shift(camera, way);
+    }
+}
+
+/// Turns the model with the pointer; `drag` in heights of the view.
+pub(super) fn orbit(camera: &mut Camera, drag: Vec2) {
+    camera.yaw = (camera.yaw - TURN * drag.x).rem_euclid(360.0);
+    camera.pitch = (camera.pitch + TURN * drag.y).clamp(-90.0, 90.0);
+}
+
+/// All of the model, from where the camera is.
+pub(super) fn fit(camera: &mut Camera) {
+    (camera.distance, camera.target) = (1.0, Vec3::ZERO);
+}
+
+/// A view along an axis of the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Standard {
+    /// From the front.
+    Front,
+    /// From behind.
+    Back,
+    /// From the model's left.
+    Right,
+    /// From the model's right.
+    Left,
+    /// From above.
+    Top,
+    /// From below.
+    Bottom,
+}
+
+impl Standard {
+    /// All of them.
+    pub(super) const ALL: [Self; 6] = [Self::Front, Self::Right, Self::Top, Self::Back, Self::Left, Self::Bottom];
+
+    /// Goes there and shows all of the model.
+    pub(super) fn show(self, camera: &mut Camera) {
+        (camera.yaw, camera.pitch) = match self {
+            Self::Front => (0.0, 0.0),
+            Self::Back => (180.0, 0.0),
+            Self::Right => (90.0, 0.0),
+            Self::Left => (270.0, 0.0),
+            Self::Top => (0.0, 90.0),
+            Self::Bottom => (0.0, -90.0),
+        };
+        fit(camera);
+    }
+}
+
+/// From a vanishing point to parallel rays and back.
+pub(super) fn switch_projection(camera: &mut Camera) {
+    camera.projection = match camera.projection {
+        Projection::Perspective { .. } => Projection::Orthographic,
+        Projection::Orthographic => Projection::default(),
+    };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STAND: Stand = Stand { bounds: Sphere { centre: Vec3::new(3.0, -1.0, 2.0), radius: 0.5 }, aspect: 1.6 };
+
+    fn cameras() -> [Camera; 2] {
+        [Projection::default(), Projection::Orthographic].map(|projection| Camera {
+            projection,
+            distance: 0.7,
+            target: Vec3::new(0.2, 0.1, -0.3),
+            ..<_>::default()
+        })
+    }
+
+    #[test]
+    fn zoom_keeps_what_is_under_the_pointer() {
+        for mut camera in cameras() {
+            let pointer = Vec2::new(0.6, -0.3);
+            let point = STAND.under(&camera, pointer);
+            for factor in [0.5, 3.0, 0.9] {
+                STAND.zoom(&mut camera, pointer, factor);
+                let found = camera.view(STAND.bounds, STAND.aspect).clip_from_world.project_point3(point);
+                assert!(found.truncate().distance(pointer) < 1e-3, "{camera:?}: {found}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_point_follows_the_pointer_that_pans() {
+        for mut camera in cameras() {
+            let [from, to] = [Vec2::new(-0.2, 0.4), Vec2::new(0.5, -0.1)];
+            let point = STAND.under(&camera, from);
+            STAND.pan(&mut camera, from, to);
+            let found = camera.view(STAND.bounds, STAND.aspect).clip_from_world.project_point3(point);
+            assert!(found.truncate().distance(to) < 1e-3, "{found}");
+        }
+    }
+
+    #[test]
+    fn the_model_is_never_cut_off_in_front_or_behind() {
+        for mut camera in cameras() {
+            camera.distance = 2.0;
+            let view = camera.view(STAND.bounds, STAND.aspect);
+            for side in [view.world_from_view.z_axis, -view.world_from_view.z_axis] {
+                let depth = view.clip_from_world.project_point3(STAND.bounds.centre + STAND.bounds.radius * side).z;
+                assert!((0.0..=1.0).contains(&depth), "{depth}");
+            }
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! Choosing a file or a folder: a path to type or paste, and what is in its folder to click. Drawn by the window itself, so
+//! that it is the same with every desktop and needs no other program.
+
+use super::session::Wanted;
+use crate::app::document;
+use std::path::{Path, PathBuf};
+
+/// An open dialog.
+pub(super) struct Dialog {
+    purpose: Purpose,
+    text: String,
+    /// What is listed, and of which folder.
+    listed: Option<(PathBuf, Vec<Entry>)>,
+    fresh: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Purpose {
+    Open(Wanted),
+    Save,
+}
+
+struct Entry {
+    path: PathBuf,
+    name: String,
+    is_folder: bool,
+}
+
+/// What came of it.
+pub(super) enum Outcome {
+    /// Still open.
+    Open,
+    /// Nothing was chosen.
+    Closed,
+    /// This is to be opened.
+    File(Wanted, PathBuf),
+    /// The map goes there.
+    SaveTo(PathBuf),
+}
+
+/// So many entries fit into one's head.
+const MOST_ENTRIES: usize = 2000;
+
+impl Dialog {
+    /// Asks for a file.
+    pub(super) fn open(wanted: Wanted) -> Self {
+        let here = std::env::current_dir().unwrap_or_default().join("");
+        Self { purpose: Purpose::Open(wanted), text: here.display().to_string(), listed: None, fresh: true }
+    }
+
+    /// Asks for a folder.
+    pub(super) fn save(folder: &Path) -> Self {
+        let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+        Self { purpose: Purpose::Save, text: folder.display().to_string(), listed: None, fresh: true }
+    }
+
+    /// Draws it. Listing a folder is quick, and done once for each.
+    pub(super) fn show(&mut self, context: &egui::Context, mut mark: impl FnMut(&str, egui::Rect)) -> Outcome {
+        let (title, verb) = match self.purpose {
+            Purpose::Open(Wanted::Open) => ("Open a mesh or a map", "Open"),
+            Purpose::Open(Wanted::Clean) => ("The clean mesh", "Compare"),
+            Purpose::Open(Wanted::Environment) => {
+                ("A picture of what is all around, or a folder with six faces", "Take")
+            }
+            Purpose::Open(Wanted::Mask) => ("Numbers of `v` lines that stay", "Take"),
+            Purpose::Open(Wanted::Target) => ("The result of another denoiser", "Take"),
+            Purpose::Save => ("Save the map to a folder", "Save"),
+        };
+        let mut outcome = Outcome::Open;
+        let mut open = true;
+        let window = egui::Window::new(title).open(&mut open).collapsible(false).default_size([560.0, 420.0]);
+        window.anchor(egui::Align2::CENTER_CENTER, egui::Vec2::ZERO).show(context, |ui| {
+            let field = ui.add(egui::TextEdit::singleline(&mut self.text).desired_width(f32::INFINITY));
+            mark("path", field.rect);
+            if std::mem::take(&mut self.fresh) {
+                field.request_focus();
+            }
+            let typed = PathBuf::from(self.text.trim());
+            let mut entered = field.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
+            if let Some(clicked) = self.list(ui, &typed, &mut entered) {
+                self.text = clicked.path.display().to_string();
+                if clicked.is_folder {
+                    self.text.push(std::path::MAIN_SEPARATOR);
+                }
+            }
+            ui.horizontal(|ui| {
+                let chosen = PathBuf::from(self.text.trim());
+                let button = ui.button(verb);
+                mark("choose", button.rect);
+                if ui.button("Cancel").clicked() {
+                    outcome = Outcome::Closed;
+                } else if (button.clicked() || entered) && !chosen.as_os_str().is_empty() {
+                    outcome = match self.purpose {
+                        Purpose::Save => Outcome::SaveTo(chosen),
+                        Purpose::Open(wanted) => Outcome::File(wanted, chosen),
+                    };
+                }
+            });
+        });
+        if open || !matches!(outcome, Outcome::Open) { outcome } else { Outcome::Closed }
+    }
+
+    /// What is in the folder that is typed; an entry that was clicked, and whether it was clicked twice.
+    fn list(&mut self, ui: &mut egui::Ui, typed: &Path, chosen: &mut bool) -> Option<Entry> {
+        let ends = self.text.ends_with(std::path::is_separator);
+        let folder = if ends { typed } else { typed.parent().unwrap_or(typed) };
+        if self.listed.as_ref().is_none_or(|(of, _)| of != folder) {
+            self.listed = Some((folder.to_owned(), entries(folder, self.purpose)));
+        }
+        let mut clicked = None;
+        let height = ui.available_height() - 36.0;
+        egui::ScrollArea::vertical().max_height(height.max(80.0)).auto_shrink(false).show(ui, |ui| {
+            if let Some(up) = folder.parent()
+                && ui.selectable_label(false, "⬆ ..").clicked()
+            {
+                clicked = Some(Entry { path: up.to_owned(), name: String::new(), is_folder: true });
+            }
+            for entry in self.listed.iter().flat_map(|(_, entries)| entries) {
+                let icon = if entry.is_folder { "🗀" } else { "🗋" };
+                let label = ui.selectable_label(entry.path == typed, format!("{icon} {}", entry.name));
+                *chosen |= label.double_clicked() && !entry.is_folder;
+                if label.clicked() {
+                    let Entry { path, name, is_folder } = entry;
+                    clicked = Some(Entry { path: path.clone(), name: name.clone(), is_folder: *is_folder });
+                }
+            }
+        });
+        clicked
+    }
+}
+
+/// Folders first, then what can be opened, by name.
+fn entries(folder: &Path, purpose: Purpose) -> Vec<Entry> {
+    let Ok(found) = std::fs::read_dir(folder) else { return Vec::new() };
+    let entry = |entry: std::fs::DirEntry| {
+        let path = entry.path();
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let is_folder = path.is_dir();
+        let fits = match purpose {
+            Purpose::Save => false,
+            Purpose::Open(Wanted::Mask | Wanted::Environment) => true,
+            // Of the pictures only maps can be opened.
+            Purpose::Open(Wanted::Open) => match document::kind(&path) {
+                Some(document::Kind::Picture) => name.contains(".displacement."),
+                kind => kind.is_some(),
+            },
+            Purpose::Open(_) => document::kind(&path) == Some(document::Kind::Mesh),
+        };
+        let shown = is_folder || fits;
+        (shown && !name.starts_with('.')).then_some(Entry { path, name, is_folder })
+    };
+    let mut all: Vec<Entry> = found.filter_map(|e| entry(e.ok()?)).take(MOST_ENTRIES).collect();
+    all.sort_by(|a, b| (!a.is_folder, &a.name).cmp(&(!b.is_folder, &b.name)));
+    all
+}

@@ -1,0 +1,82 @@
+//! Noisy against denoised, and both against a clean mesh.
+
+use super::super::session::{Comparing, Session, Wanted};
+use crate::app::App;
+use crate::settings::Shading;
+use egui::Ui;
+use planish_geometry::metrics::Comparison;
+
+pub(super) fn show(ui: &mut Ui, app: &mut App, session: &mut Session) {
+    ui.horizontal_wrapped(|ui| {
+        let mut button = |ui: &mut Ui, words: &str, how, help: &str| {
+            let chosen = ui.selectable_label(session.comparing == how, words).on_hover_text(help);
+            session.mark(words, chosen.rect);
+            if chosen.clicked() {
+                session.compare(how);
+            }
+        };
+        button(ui, "Split", Comparing::Split, "noisy on the left, with the map on the right; drag the line");
+        button(ui, "Blink", Comparing::Blink, "one after the other");
+        let view = &mut app.choices.view;
+        let heat = ui.selectable_label(view.shading == Shading::Height, "Heights");
+        session.mark("Heights", heat.rect);
+        if heat.on_hover_text("how far the map moves each vertex").clicked() {
+            view.shading = if view.shading == Shading::Height { Shading::default() } else { Shading::Height };
+        }
+    });
+    match app.clean().map(|clean| clean.path.clone()) {
+        None => {
+            let button = ui.button("Clean mesh …").on_hover_text("measure against it while λ moves");
+            session.mark("clean", button.rect);
+            if button.clicked() {
+                session.ask(Wanted::Clean);
+            }
+        }
+        Some(path) => {
+            ui.horizontal_wrapped(|ui| {
+                let name = path.file_name().unwrap_or_default().to_string_lossy();
+                ui.label(format!("against {name}")).on_hover_text(path.display().to_string());
+                if ui.small_button("✖").on_hover_text("compare no more").clicked() {
+                    app.forget_clean();
+                }
+            });
+            table(ui, app);
+        }
+    }
+}
+
+/// Rows of the table: what, how it reads, and where it is.
+type Row = (&'static str, &'static str, fn(&Comparison) -> String);
+
+const ROWS: [Row; 5] = [
+    ("Ea", "mean angle between face normals, degrees", |c| format!("{:.3}°", c.ea)),
+    ("d mean", "mean distance to the clean surface, mean edge lengths", |c| format!("{:.4}", c.d_mean)),
+    ("d max", "largest distance to the clean surface, mean edge lengths", |c| format!("{:.4}", c.d_max)),
+    ("volume", "against the clean mesh; of closed meshes", |c| {
+        c.vol_change_pct.map_or_else(|| "open".to_owned(), |v| format!("{v:+.3} %"))
+    }),
+    ("flipped", "faces that look to the other side", |c| c.flipped.to_string()),
+];
+
+fn table(ui: &mut Ui, app: &App) {
+    let Some(measured) = app.measured() else {
+        ui.spinner();
+        return;
+    };
+    egui::Grid::new("measured").num_columns(3).striped(true).show(ui, |ui| {
+        ui.label("");
+        ui.strong("noisy");
+        if let Some((lambda, _)) = measured.displaced {
+            ui.strong(format!("λ = {lambda:.2}"));
+        }
+        ui.end_row();
+        for (what, help, value) in ROWS {
+            ui.label(what).on_hover_text(help);
+            ui.monospace(value(&measured.noisy));
+            if let Some((_, displaced)) = &measured.displaced {
+                ui.monospace(value(displaced));
+            }
+            ui.end_row();
+        }
+    });
+}

@@ -1,0 +1,143 @@
+//! What the map is: how it is made, how exact it is, and its picture.
+
+use super::super::session::Session;
+use super::choose;
+use crate::app::App;
+use crate::app::document::{self, Map};
+use crate::app::recipe::{self, Choices};
+use egui::{Color32, Rect, Sense, Ui, Vec2, pos2};
+use planish_files::words;
+use planish_geometry::bundle::{Carriers, LayoutChoice, Settings};
+use planish_geometry::displacement::{Displacement, TexelFormat};
+use std::sync::Arc;
+
+pub(super) fn show(ui: &mut Ui, app: &mut App, session: &mut Session) {
+    if let Some(map) = app.map().cloned() {
+        facts(ui, &map);
+        picture(ui, &map, session);
+        range(ui, &map, app);
+    }
+    ui.collapsing("What is baked", |ui| settings(ui, &mut app.choices.recipe.settings));
+}
+
+fn facts(ui: &mut Ui, map: &Map) {
+    ui.label(document::map_line(&map.manifest));
+    for reason in &map.reasons {
+        ui.label(reason);
+    }
+    let report = &map.manifest.report;
+    ui.label(format!("error {}", words::errors(report, map.manifest.displacement.scale)));
+    ui.label(format!("gap {} at seams", report.seam_gap));
+    for warning in &map.warnings {
+        ui.colored_label(ui.visuals().warn_fg_color, format!("⚠ {warning}"));
+    }
+}
+
+/// Bias and scale as the shader has them, instead of those of the map.
+fn range(ui: &mut Ui, map: &Map, app: &mut App) {
+    let displace = &mut app.choices.view.displace;
+    let Some(encoding) = map.displacement().map(Displacement::encoding) else { return };
+    for (label, own, value) in
+        [("bias", encoding.bias, &mut displace.bias), ("scale", encoding.scale, &mut displace.scale)]
+    {
+        ui.horizontal(|ui| {
+            let mut number = value.unwrap_or(own);
+            let speed = (encoding.scale / 200.0).max(f32::MIN_POSITIVE);
+            let field = ui.add(egui::DragValue::new(&mut number).speed(speed).max_decimals(7));
+            if field.changed() && number.is_finite() {
+                *value = Some(number);
+            }
+            let label = ui.label(label);
+            field.labelled_by(label.id);
+            if value.is_some() && ui.small_button("⟲").on_hover_text("that of the map").clicked() {
+                *value = None;
+            }
+        });
+    }
+}
+
+/// The map, with wheel and drag to look closer, and the texel under the pointer in words.
+fn picture(ui: &mut Ui, map: &Arc<Map>, session: &mut Session) {
+    let of = Arc::as_ptr(map) as usize;
+    let view = &mut session.map;
+    let texture = match &mut view.texture {
+        Some((shown, texture)) if *shown == of => texture,
+        slot => {
+            let image = Arc::clone(&map.picture);
+            let texture = ui.ctx().load_texture("map", image, egui::TextureOptions::NEAREST);
+            &mut slot.insert((of, texture)).1
+        }
+    };
+    let side = ui.available_width().min(320.0);
+    let (rect, response) = ui.allocate_exact_size(Vec2::splat(side), Sense::click_and_drag());
+    let seen = Rect::from_center_size(view.middle, Vec2::splat(view.share));
+    let unit_at = |p: egui::Pos2| seen.min + (p - rect.min) / rect.size() * seen.size();
+    ui.painter_at(rect).image(texture.id(), rect, seen, Color32::WHITE);
+    if let Some(pointer) = response.hover_pos() {
+        let scroll = ui.input_mut(|i| std::mem::take(&mut i.smooth_scroll_delta).y);
+        if scroll != 0.0 {
+            let under = unit_at(pointer);
+            view.share = (view.share * (-0.004 * scroll).exp()).clamp(1.0 / 256.0, 1.0);
+            let from_middle = (pointer - rect.center()) / rect.size();
+            view.middle = under - from_middle * view.share;
+        }
+        let at = unit_at(pointer);
+        if let Some(words) = texel(map, [at.x, at.y]) {
+            response.clone().on_hover_text_at_pointer(words);
+        }
+    }
+    view.middle -= response.drag_delta() / rect.size() * view.share;
+    if response.double_clicked() {
+        (view.share, view.middle) = (1.0, pos2(0.5, 0.5));
+    }
+    let room = 0.5 * view.share;
+    view.middle = view.middle.clamp(pos2(room, room), pos2(1.0 - room, 1.0 - room));
+    session.mark("map", rect);
+}
+
+/// Choices for a list.
+fn owned<T: Copy>(choices: Choices<T>) -> impl Iterator<Item = (String, T)> {
+    choices.iter().map(|(word, choice)| ((*word).to_owned(), *choice))
+}
+
+/// The texel at a place of the unit square, down from the upper left corner.
+fn texel(map: &Map, [x, y]: [f32; 2]) -> Option<String> {
+    let displacement = map.displacement()?;
+    let size = displacement.size();
+    let index = |unit: f32, n: u32| (unit.max(0.0) * n as f32).min(n as f32 - 1.0) as u32;
+    let (column, row) = (index(x, size.width), index(y, size.height));
+    let encoding = displacement.encoding();
+    let heights = displacement.planes().iter().map(|plane| {
+        let texel = plane[row as usize * size.width as usize + column as usize];
+        format!("{} = {}", texel, words::measure(f64::from(encoding.bias + encoding.scale * texel)))
+    });
+    let heights = heights.collect::<Vec<_>>().join("\n");
+    Some(format!("texel ({column}, {row})\n{heights} model units"))
+}
+
+fn settings(ui: &mut Ui, settings: &mut Settings) {
+    choose(ui, "map", &mut settings.map, owned(recipe::maps()));
+    choose(ui, "layout", &mut settings.layout, owned(recipe::layouts()));
+    if settings.layout == LayoutChoice::Vertex {
+        // Its size follows from the number of vertices.
+        settings.side = None;
+    } else {
+        let sides = (6..=13).map(|power| Some(1 << power));
+        let words = |side: Option<u32>| side.map_or_else(|| "auto".to_owned(), |side| side.to_string());
+        let given = settings.side.filter(|side| !(64..=8192).contains(side) || !side.is_power_of_two());
+        let all = std::iter::once(None).chain(sides).chain(given.map(Some)).map(|side| (words(side), side));
+        choose(ui, "size", &mut settings.side, all);
+    }
+    choose(ui, "texels", &mut settings.texel, TexelFormat::ALL.map(|texel| (recipe::texel_words(texel), texel)));
+    choose(ui, "at vertices", &mut settings.texels, owned(recipe::texels()));
+    choose(ui, "between vertices", &mut settings.interpolation, owned(recipe::interpolations()));
+    choose(ui, "normals", &mut settings.normals, owned(recipe::normals()));
+    choose(ui, "normal map", &mut settings.convention, owned(recipe::conventions()));
+    ui.add(egui::Slider::new(&mut settings.tolerance.0, 0.625..=10.0).text("tolerance, quanta"))
+        .on_hover_text("how far off a vertex may be for the layout auto to use the mesh's own UVs");
+    ui.add(egui::Slider::new(&mut settings.lambda.0, 0.0..=1.5).text("λ of the files"))
+        .on_hover_text("for the normal map and the settings of other programs");
+    let mut glb = settings.carriers == Carriers::ObjAndGlb;
+    ui.checkbox(&mut glb, "glTF as well");
+    settings.carriers = if glb { Carriers::ObjAndGlb } else { Carriers::Obj };
+}

@@ -1,0 +1,275 @@
+//! The pictures of the model in the window: with the map, and where both are wanted without it.
+
+use super::screen::Screen;
+use super::session::{Comparing, Session};
+use crate::app::jobs::{self, Slot, Status, Ticket, Wake};
+use crate::app::{App, MessageKind};
+use crate::environment::file::Source;
+use crate::environment::{self, Environment};
+use crate::gpu::{FORMAT, Gpu};
+use crate::renderer::{Renderer, Smoothness, Target, Uploaded};
+use crate::scene::Scene;
+use crate::settings::{Range, Settings, Shading, Size};
+use egui::TextureId;
+use image::RgbaImage;
+use planish_files::failure::Failure;
+use planish_geometry::progress::Progress as _;
+use std::sync::Arc;
+
+/// What draws, and what it drew last.
+pub(super) struct Stage {
+    renderer: Arc<Renderer>,
+    uploading: Slot<(Shown, Read, Option<Failure>)>,
+    /// What is being uploaded, or was last.
+    wanted: Option<Wanted>,
+    shown: Option<Shown>,
+    /// The environment that was read last.
+    around: Read,
+    canvases: [Option<Canvas>; 2],
+    target: Option<(Size, Target)>,
+}
+
+/// What surrounds the model: which environment, of how many texels.
+type Around = (Source, u32);
+
+/// What is to be shown.
+#[derive(Clone)]
+struct Wanted {
+    scene: Arc<Scene>,
+    around: Option<Around>,
+}
+
+impl PartialEq for Wanted {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.scene, &other.scene) && self.around == other.around
+    }
+}
+
+/// An environment that was read, and which it is.
+type Read = Option<Arc<(Around, Environment)>>;
+
+impl Wanted {
+    /// Brings it to the device, without an environment that cannot be read.
+    fn show(
+        self,
+        renderer: &Renderer,
+        known: Read,
+        ticket: &Ticket,
+    ) -> Result<(Shown, Read, Option<Failure>), Failure> {
+        let (mut scene, mut failed, mut read) = (self.scene, None, known);
+        if let Some(around) = self.around {
+            if read.as_ref().is_none_or(|read| read.0 != around) {
+                ticket.stage("environment");
+                (read, failed) = match environment::file::load(&around.0, around.1 as usize) {
+                    Ok(environment) => (Some(Arc::new((around, environment))), None),
+                    Err(bad) => (None, Some(bad.into())),
+                };
+            }
+            let mut with = (*scene).clone();
+            with.environment = read.as_ref().map(|read| read.1.clone());
+            scene = Arc::new(with);
+        }
+        ticket.stage("to the graphics card");
+        let uploaded = upload(renderer, &scene)?;
+        Ok((Shown { scene, uploaded }, read, failed))
+    }
+}
+
+/// A scene on the device.
+struct Shown {
+    scene: Arc<Scene>,
+    uploaded: Uploaded,
+}
+
+/// A picture that egui paints with.
+struct Canvas {
+    size: Size,
+    /// Drawn to: linear light goes in, sRGB is stored.
+    colour: wgpu::Texture,
+    view: wgpu::TextureView,
+    /// The same bytes as egui wants them: as they are.
+    plain: wgpu::Texture,
+    id: TextureId,
+    /// What is on it.
+    drawn: Option<(Settings, *const Scene)>,
+}
+
+impl Stage {
+    pub(super) fn new(gpu: Gpu, wake: &Wake) -> Self {
+        Self {
+            renderer: Arc::new(Renderer::new(gpu)),
+            uploading: Slot::new(Arc::clone(wake)),
+            wanted: None,
+            shown: None,
+            around: None,
+            canvases: [None, None],
+            target: None,
+        }
+    }
+
+    pub(super) fn largest_texture(&self) -> usize {
+        self.renderer.gpu().device.limits().max_texture_dimension_2d as usize
+    }
+
+    /// Whether the device is gone.
+    pub(super) fn is_lost(&self) -> bool {
+        self.renderer.gpu().is_lost()
+    }
+
+    /// What draws.
+    pub(super) fn adapter(&self) -> String {
+        self.renderer.gpu().adapter.name.clone()
+    }
+
+    pub(super) fn complaints(&self) -> Vec<String> {
+        self.renderer.gpu().complaints()
+    }
+
+    /// Where the upload is.
+    pub(super) fn status(&self) -> Option<Status> {
+        self.uploading.status()
+    }
+
+    /// Brings what is open to the device, in the background; until it is there the last scene stays.
+    pub(super) fn follow(&mut self, app: &mut App) {
+        let scene = app.map().map(|map| &map.scene).or(app.document().map(|document| &document.scene));
+        let surroundings = app.choices.view.environment.as_ref();
+        let wanted = scene.map(|scene| Wanted {
+            scene: Arc::clone(scene),
+            around: surroundings.map(|s| (s.source.clone(), s.resolution)),
+        });
+        if let Some(wanted) = wanted.filter(|wanted| self.wanted.as_ref() != Some(wanted)) {
+            let (renderer, known) = (Arc::clone(&self.renderer), self.around.clone());
+            self.wanted = Some(wanted.clone());
+            self.uploading.start(move |ticket| wanted.show(&renderer, known, ticket));
+        }
+        match self.uploading.poll() {
+            Some(Ok((shown, around, failed))) => {
+                jobs::discard(self.shown.replace(shown));
+                self.around = around;
+                if let Some(failure) = failed {
+                    app.say(MessageKind::Error, failure.to_string());
+                }
+            }
+            Some(Err(Failure::Input(text) | Failure::Internal(text))) => app.say(MessageKind::Error, text),
+            Some(Err(Failure::Interrupted)) | None => {}
+        }
+    }
+
+    /// The textures of the picture with the map and of the one without; none before there is something to see.
+    pub(super) fn pictures(&self) -> [Option<TextureId>; 2] {
+        self.canvases.each_ref().map(|canvas| canvas.as_ref().filter(|c| c.drawn.is_some()).map(|c| c.id))
+    }
+
+    /// Draws what has changed, and says how many pictures that were.
+    pub(super) fn draw(
+        &mut self,
+        screen: &mut Screen,
+        app: &mut App,
+        session: &Session,
+        view: egui::Rect,
+        pixels_per_point: f32,
+    ) -> usize {
+        let Some(shown) = &self.shown else { return 0 };
+        let most = self.renderer.gpu().device.limits().max_texture_dimension_2d;
+        let pixels = |points: f32| ((points * pixels_per_point).round() as u32).clamp(1, most);
+        let size = Size { width: pixels(view.width()), height: pixels(view.height()) };
+        app.choices.view.size = size;
+        if self.target.as_ref().is_none_or(|(of, _)| *of != size) {
+            self.target = Some((size, self.renderer.target(size, Smoothness::SmoothEdges)));
+        }
+        let Some((_, target)) = &self.target else { return 0 };
+        let with_map = drawable(&app.choices.view, &shown.scene);
+        let without =
+            Settings { displace: crate::settings::Displace { lambda: 0.0, ..with_map.displace }, ..with_map.clone() };
+        let both = session.comparing != Comparing::Off;
+        let mut drawn = 0;
+        for (i, settings) in [with_map, without].into_iter().enumerate() {
+            if i == 1 && !both {
+                continue;
+            }
+            let canvas = match &mut self.canvases[i] {
+                Some(canvas) if canvas.size == size => canvas,
+                slot => {
+                    let before = slot.as_ref().map(|canvas| canvas.id);
+                    slot.insert(Canvas::new(self.renderer.gpu(), screen, size, before))
+                }
+            };
+            let of = Arc::as_ptr(&shown.scene);
+            if canvas.drawn.as_ref().is_some_and(|(drawn, scene)| *drawn == settings && *scene == of) {
+                continue;
+            }
+            self.renderer.draw(&shown.uploaded, &shown.scene, &settings, target, &canvas.view);
+            canvas.give(self.renderer.gpu());
+            canvas.drawn = Some((settings, of));
+            drawn += 1;
+        }
+        drawn
+    }
+
+    /// Draws pictures for files, from any thread, with buffers of its own.
+    pub(super) fn drawer(&self) -> Option<impl Fn(&Settings) -> Result<RgbaImage, Failure> + Send + 'static> {
+        let (renderer, scene) = (Arc::clone(&self.renderer), Arc::clone(&self.shown.as_ref()?.scene));
+        let uploaded = std::sync::OnceLock::new();
+        Some(move |settings: &Settings| {
+            let uploaded = uploaded.get_or_init(|| upload(&renderer, &scene)).as_ref().map_err(Clone::clone)?;
+            Ok(renderer.image_of(uploaded, &scene, &drawable(settings, &scene)))
+        })
+    }
+}
+
+fn upload(renderer: &Renderer, scene: &Scene) -> Result<Uploaded, Failure> {
+    renderer.upload(scene).map_err(|e| Failure::Internal(e.to_string()))
+}
+
+/// Settings with what only the scene knows: a heat map of heights needs their range, and finding it takes too long for a
+/// frame.
+fn drawable(view: &Settings, scene: &Scene) -> Settings {
+    let mut settings = view.clone();
+    if settings.shading == Shading::Heat && scene.mesh().scalars.is_none() {
+        settings.shading = Shading::Phong;
+    }
+    if settings.shading == Shading::Height && settings.heat.range.is_none() {
+        settings.heat.range = height_range(view, scene);
+    }
+    settings
+}
+
+/// The heights that a map can hold, with zero in the middle.
+pub(super) fn height_range(view: &Settings, scene: &Scene) -> Option<Range> {
+    let encoding = scene.relief.as_ref()?.map.encoding();
+    let bias = view.displace.bias.unwrap_or(encoding.bias);
+    let end = bias + view.displace.scale.unwrap_or(encoding.scale);
+    let most = bias.abs().max(end.abs());
+    Some(if most > 0.0 { Range { low: -most, high: most } } else { Range { low: -1.0, high: 1.0 } })
+}
+
+impl Canvas {
+    fn new(gpu: &Gpu, screen: &mut Screen, size: Size, before: Option<TextureId>) -> Self {
+        let texture = |format, usage| {
+            gpu.device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("view"),
+                size: wgpu::Extent3d { width: size.width, height: size.height, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage,
+                view_formats: &[],
+            })
+        };
+        let colour = texture(FORMAT, wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC);
+        let plain =
+            texture(FORMAT.remove_srgb_suffix(), wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST);
+        let seen = |texture: &wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let id = screen.register(&seen(&plain), before);
+        Self { size, view: seen(&colour), colour, plain, id, drawn: None }
+    }
+
+    /// A view of another format would do without a copy, but not every driver has those.
+    fn give(&self, gpu: &Gpu) {
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.copy_texture_to_texture(self.colour.as_image_copy(), self.plain.as_image_copy(), self.colour.size());
+        gpu.queue.submit([encoder.finish()]);
+    }
+}

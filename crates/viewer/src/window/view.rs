@@ -1,0 +1,258 @@
+//! The part of the window that shows the model: its pictures, what the mouse does there, and what is written over it.
+
+use super::controls::{self, Stand};
+use super::session::{Comparing, Session};
+use super::stage::height_range;
+use crate::app::jobs::Status;
+use crate::app::{App, MessageKind, Work};
+use crate::lights::Light;
+use crate::scene::Sphere;
+use crate::settings::Shading;
+use egui::{Color32, CursorIcon, Pos2, Rect, Sense, Ui, Vec2, pos2, vec2};
+
+/// Seconds between pictures that blink.
+const BLINK: f64 = 0.7;
+
+const UNIT: Rect = Rect { min: pos2(0.0, 0.0), max: pos2(1.0, 1.0) };
+
+/// All of it.
+pub(super) fn show(ui: &mut Ui, app: &mut App, session: &mut Session) {
+    let rect = ui.available_rect_before_wrap();
+    session.view = Some(rect).filter(|r| r.width() >= 1.0 && r.height() >= 1.0);
+    session.mark("view", rect);
+    let response = ui.allocate_rect(rect, Sense::click_and_drag());
+    if response.clicked() || response.drag_started() {
+        ui.memory_mut(|m| {
+            if let Some(id) = m.focused() {
+                m.surrender_focus(id);
+            }
+        });
+    }
+    if app.document().is_none() {
+        welcome(ui, rect, app, session);
+    } else {
+        steer(ui, &response, app, session);
+        pictures(ui, rect, app, session);
+        legend(ui, rect, app);
+    }
+    notices(ui, rect, app, session);
+    if ui.input(|i| !i.raw.hovered_files.is_empty()) {
+        ui.painter().rect_filled(rect, 0.0, Color32::from_black_alpha(120));
+        let font = egui::FontId::proportional(24.0);
+        ui.painter().text(rect.center(), egui::Align2::CENTER_CENTER, "drop to open", font, Color32::WHITE);
+    }
+}
+
+/// What there is to do at the start.
+fn welcome(ui: &mut Ui, rect: Rect, app: &mut App, session: &mut Session) {
+    let area = Rect::from_center_size(rect.center(), vec2(420.0_f32.min(rect.width() - 20.0), 320.0));
+    ui.scope_builder(egui::UiBuilder::new().max_rect(area), |ui| {
+        ui.vertical_centered(|ui| {
+            ui.heading("planish");
+            ui.label("Drop a mesh (.obj) or a map (.planish.json) here");
+            let open = ui.button("Open …");
+            session.mark("open", open.rect);
+            if open.clicked() {
+                session.ask(super::session::Wanted::Open);
+            }
+            ui.add_space(16.0);
+            for path in app.remembered.recent.clone() {
+                let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                if ui.link(name).on_hover_text(path.display().to_string()).clicked() {
+                    app.open(&path);
+                }
+            }
+        });
+    });
+}
+
+/// Normalised device coordinates, y up.
+fn device(rect: Rect, p: Pos2) -> glam::Vec2 {
+    let unit = (p - rect.min) / rect.size();
+    glam::Vec2::new(2.0 * unit.x - 1.0, 1.0 - 2.0 * unit.y)
+}
+
+/// Mouse and camera.
+fn steer(ui: &Ui, response: &egui::Response, app: &mut App, session: &mut Session) {
+    let rect = response.rect;
+    let bounds = app.document().map_or_else(Sphere::default, |document| document.scene.bounds());
+    let stand = Stand { bounds, aspect: rect.width() / rect.height() };
+    let (drag, at) = (response.drag_delta(), response.interact_pointer_pos());
+    let camera = &mut app.choices.view.camera;
+    let divider = rect.left() + rect.width() * session.divider.unwrap_or(0.5);
+    let on_divider = |p: Pos2| session.comparing == Comparing::Split && (p.x - divider).abs() < 8.0;
+    let holding = ui.memory(|m| m.data.get_temp::<bool>(response.id)).unwrap_or(false);
+    if response.hover_pos().is_some_and(on_divider) || holding {
+        ui.set_cursor_icon(CursorIcon::ResizeHorizontal);
+    }
+    if response.drag_started() {
+        let held = ui.input(|i| i.pointer.press_origin()).is_some_and(on_divider);
+        ui.memory_mut(|m| m.data.insert_temp(response.id, held));
+    }
+    if response.drag_stopped() {
+        ui.memory_mut(|m| m.data.insert_temp(response.id, false));
+    }
+    if let Some(at) = at.filter(|_| response.dragged() && drag != Vec2::ZERO) {
+        let (shift, light) = ui.input(|i| (i.modifiers.shift, i.key_down(egui::Key::L)));
+        if holding {
+            session.divider = Some(((at.x - rect.left()) / rect.width()).clamp(0.0, 1.0));
+        } else if !response.dragged_by(egui::PointerButton::Primary) || shift {
+            stand.pan(camera, device(rect, at - drag), device(rect, at));
+        } else if light {
+            if let Some(light) = app.choices.view.lights.get_mut(session.light) {
+                drag_light(light, drag);
+            }
+        } else {
+            let [x, y] = [drag.x, drag.y].map(|d| d / rect.height());
+            controls::orbit(camera, glam::Vec2::new(x, y));
+        }
+    }
+    let camera = &mut app.choices.view.camera;
+    if let Some(pointer) = response.hover_pos() {
+        let (scroll, pinch) = ui.input(|i| (i.smooth_scroll_delta().y, i.zoom_delta()));
+        let factor = (-0.003 * scroll).exp() / pinch;
+        if factor != 1.0 {
+            stand.zoom(camera, device(rect, pointer), factor);
+        }
+    }
+    if response.double_clicked() {
+        controls::fit(camera);
+    }
+}
+
+/// Degrees for each point; the light goes where the mouse goes.
+fn drag_light(light: &mut Light, drag: Vec2) {
+    light.azimuth = (light.azimuth + 0.4 * drag.x + 180.0).rem_euclid(360.0) - 180.0;
+    light.elevation = (light.elevation - 0.4 * drag.y).clamp(-90.0, 90.0);
+}
+
+fn pictures(ui: &Ui, rect: Rect, app: &App, session: &mut Session) {
+    let painter = ui.painter_at(rect);
+    let [with_map, without] = session.pictures;
+    let Some(with_map) = with_map else { return };
+    match (session.comparing, without) {
+        (Comparing::Split, Some(without)) => {
+            let share = session.divider.unwrap_or(0.5);
+            let x = (rect.left() + rect.width() * share).round();
+            let share = (x - rect.left()) / rect.width();
+            let left = Rect::from_min_max(rect.min, pos2(x, rect.bottom()));
+            let right = Rect::from_min_max(pos2(x, rect.top()), rect.max);
+            painter.image(without, left, Rect::from_min_max(UNIT.min, pos2(share, 1.0)), Color32::WHITE);
+            painter.image(with_map, right, Rect::from_min_max(pos2(share, 0.0), UNIT.max), Color32::WHITE);
+            painter.vline(x, rect.y_range(), (3.0, Color32::from_black_alpha(90)));
+            painter.vline(x, rect.y_range(), (1.0, Color32::WHITE));
+            let grip = Rect::from_center_size(pos2(x, rect.center().y), vec2(8.0, 36.0));
+            painter.rect_filled(grip, 4.0, Color32::WHITE);
+            session.mark("divider", grip);
+            tag(&painter, pos2(x - 10.0, rect.top() + 10.0), egui::Align2::RIGHT_TOP, "noisy");
+            let lambda = format!("λ = {:.2}", app.choices.view.displace.lambda);
+            tag(&painter, pos2(x + 10.0, rect.top() + 10.0), egui::Align2::LEFT_TOP, &lambda);
+        }
+        (Comparing::Blink, Some(without)) => {
+            let time = ui.input(|i| i.time);
+            let is_noisy = ((time / BLINK) as u64).is_multiple_of(2);
+            painter.image(if is_noisy { without } else { with_map }, rect, UNIT, Color32::WHITE);
+            let words = if is_noisy { "noisy" } else { "with the map" };
+            tag(&painter, rect.min + vec2(10.0, 10.0), egui::Align2::LEFT_TOP, words);
+            ui.request_repaint_after_secs((BLINK - time % BLINK) as f32);
+        }
+        _ => {
+            painter.image(with_map, rect, UNIT, Color32::WHITE);
+        }
+    }
+}
+
+fn tag(painter: &egui::Painter, at: Pos2, anchor: egui::Align2, text: &str) {
+    let galley = painter.layout_no_wrap(text.to_owned(), egui::FontId::proportional(14.0), Color32::WHITE);
+    let rect = anchor.anchor_size(at, galley.size() + vec2(12.0, 6.0));
+    painter.rect_filled(rect, 4.0, Color32::from_black_alpha(140));
+    painter.galley(rect.min + vec2(6.0, 3.0), galley, Color32::WHITE);
+}
+
+/// What the colours of a heat map stand for.
+fn legend(ui: &Ui, rect: Rect, app: &App) {
+    let view = &app.choices.view;
+    if view.shading != Shading::Height {
+        return;
+    }
+    let Some(map) = app.map() else { return };
+    let Some(range) = view.heat.range.or_else(|| height_range(view, &map.scene)) else { return };
+    let painter = ui.painter_at(rect);
+    let bar = Rect::from_min_size(rect.right_bottom() - vec2(236.0, 60.0), vec2(210.0, 14.0));
+    let steps = 75;
+    for i in 0..steps {
+        let t = (i as f32 + 0.5) / steps as f32;
+        let [r, g, b] = view.heat.map.bytes(t);
+        let width = bar.width() / steps as f32;
+        let cell = Rect::from_min_size(bar.min + vec2(i as f32 * width, 0.0), vec2(width + 0.5, bar.height()));
+        painter.rect_filled(cell, 0.0, Color32::from_rgb(r, g, b));
+    }
+    let number = |x: f32| planish_files::words::measure(f64::from(x));
+    tag(&painter, bar.left_bottom() + vec2(-6.0, 4.0), egui::Align2::LEFT_TOP, &number(range.low));
+    tag(&painter, bar.right_bottom() + vec2(6.0, 4.0), egui::Align2::RIGHT_TOP, &number(range.high));
+    tag(&painter, bar.center_top() - vec2(0.0, 4.0), egui::Align2::CENTER_BOTTOM, "height, model units");
+}
+
+/// Progress and messages, over the lower edge of the view.
+fn notices(ui: &Ui, rect: Rect, app: &mut App, session: &mut Session) {
+    let area = egui::Area::new(egui::Id::unique("notices")).order(egui::Order::Middle);
+    let place = rect.left_bottom() + vec2(12.0, -12.0);
+    area.pivot(egui::Align2::LEFT_BOTTOM).fixed_pos(place).constrain_to(rect).show(ui.ctx(), |ui| {
+        ui.set_max_width((rect.width() - 24.0).min(640.0));
+        let works = [(Work::Load, "Opening"), (Work::Bake, "Baking"), (Work::Save, "Saving"), (Work::Draw, "Drawing")];
+        for (work, words) in works {
+            if let Some(status) = app.status(work) {
+                let stop = progress(ui, words, status);
+                session.mark(&format!("stop {}", words.to_lowercase()), stop.rect);
+                if stop.clicked() {
+                    app.cancel(work);
+                }
+            }
+        }
+        if let Some(status) = session.showing {
+            progress(ui, "Showing", status);
+        }
+        let mut dismissed = None;
+        for (i, message) in app.messages().iter().enumerate() {
+            let (colour, icon) = match message.kind {
+                MessageKind::Done => (Color32::from_rgb(46, 110, 62), "✔"),
+                MessageKind::Warning => (Color32::from_rgb(138, 98, 20), "⚠"),
+                MessageKind::Error => (Color32::from_rgb(150, 40, 36), "✖"),
+            };
+            egui::Frame::NONE.fill(colour).corner_radius(5).inner_margin(egui::Margin::symmetric(9, 6)).show(
+                ui,
+                |ui| {
+                    ui.horizontal_wrapped(|ui| {
+                        ui.visuals_mut().override_text_color = Some(Color32::WHITE);
+                        ui.label(format!("{icon} {}", message.text));
+                        let away = ui.small_button("✖").on_hover_text("put away");
+                        if i == 0 {
+                            session.mark("dismiss", away.rect);
+                        }
+                        if away.clicked() {
+                            dismissed = Some(i);
+                        }
+                    });
+                },
+            );
+        }
+        if let Some(i) = dismissed {
+            app.dismiss(i);
+        }
+    });
+}
+
+fn progress(ui: &mut Ui, words: &str, status: Status) -> egui::Response {
+    let frame = egui::Frame::popup(ui.style());
+    let inner = frame.show(ui, |ui| {
+        ui.horizontal(|ui| {
+            let text = if status.stopping { "stopping …".to_owned() } else { format!("{words}: {}", status.stage) };
+            let bar = egui::ProgressBar::new(status.done).desired_width(260.0).text(text);
+            ui.add(bar);
+            ui.label(format!("{:.0} s", status.running.as_secs_f32()));
+            ui.add_enabled(!status.stopping, egui::Button::new("Stop"))
+        })
+        .inner
+    });
+    inner.inner
+}

@@ -1,0 +1,137 @@
+//! The command line that the window shows does what the window does.
+
+use planish_files::bake::Job;
+use planish_files::input;
+use planish_geometry::bundle::{Carriers, LayoutChoice};
+use planish_geometry::denoise::Denoiser;
+use planish_geometry::displacement::{MapKind, TexelFormat};
+use planish_geometry::manifest::Manifest;
+use planish_geometry::progress::Silent;
+use planish_geometry::weld::Welding;
+use planish_viewer::app::options::{self, KNOBS, Knob, PRIORS, Values};
+use planish_viewer::app::recipe::Recipe;
+use serde_json::Value;
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// Vertices along a side of the mesh.
+const SIDE: usize = 9;
+
+/// A bumpy sheet.
+fn mesh(place: &Path) {
+    let mut text = String::new();
+    for (x, y) in (0..SIDE * SIDE).map(|i| (i % SIDE, i / SIDE)) {
+        let [u, v] = [x, y].map(|k| (k as f64 + 0.5) / SIDE as f64);
+        let z = 0.02 * (7.0 * u + 40.0 * v).sin() + 0.01 * (91.0 * u).cos();
+        let _ = writeln!(text, "v {u} {v} {z}\nvt {u} {v}");
+    }
+    for (x, y) in (0..(SIDE - 1) * (SIDE - 1)).map(|i| (i % (SIDE - 1), i / (SIDE - 1))) {
+        let (a, b) = (y * SIDE + x + 1, (y + 1) * SIDE + x + 1);
+        let _ = writeln!(text, "f {a}/{a} {0}/{0} {1}/{1}\nf {a}/{a} {1}/{1} {b}/{b}", a + 1, b + 1);
+    }
+    std::fs::write(place, text).unwrap();
+}
+
+/// Bakes both ways, and compares all files.
+fn assert_same(recipe: &Recipe, folder: &Path) {
+    let [mesh, out] = ["sheet.obj", "out"].map(|name| folder.join(name));
+    let arguments = recipe.arguments(&mesh, &out);
+    let line = std::iter::once("planish".to_owned()).chain(arguments.clone()).chain(["--quiet".to_owned()]);
+    planish_bake::run(line.map(Into::into));
+    let model = input::model(&mesh, recipe.settings.welding, &Silent).unwrap();
+    let job = Job { input: &mesh, model: &model, folder: &out, spared: &[] };
+    let baked = job.run(&recipe.settings(&job).unwrap(), &Silent).unwrap();
+    for file in &baked.bundle.files {
+        let written = std::fs::read(out.join(&file.name));
+        let written = written.unwrap_or_else(|e| panic!("{arguments:?}: {}: {e}", file.name));
+        assert!(written == file.bytes, "{arguments:?}: {}", file.name);
+    }
+    std::fs::remove_dir_all(&out).unwrap();
+}
+
+/// Values that differ from the default, and are quick.
+fn values(knob: &Knob) -> Vec<Value> {
+    match knob.values {
+        Values::Count { .. } => vec![2.into()],
+        Values::Number { least, most, .. } => vec![(0.37_f64).clamp(least, most).into()],
+        Values::Words { all, .. } => all.iter().map(|word| Value::from(*word)).collect(),
+        Values::Several(all) => vec![all[2..4].into()],
+        Values::Prior => PRIORS.iter().map(|(_, prior)| serde_json::to_value(prior).unwrap()).collect(),
+    }
+}
+
+#[test]
+fn every_setting_of_every_method() {
+    let folder = tempfile::tempdir().unwrap();
+    mesh(&folder.path().join("sheet.obj"));
+    // The layout that takes least time.
+    let mut recipe = Recipe::default();
+    (recipe.settings.layout, recipe.settings.carriers) = (LayoutChoice::Vertex, Carriers::Obj);
+    for denoiser in Denoiser::every() {
+        let settings = options::json(&denoiser);
+        for knob in KNOBS.iter().filter(|knob| settings.pointer(knob.place).is_some()) {
+            for value in values(knob) {
+                let denoiser = options::with(&denoiser, knob.place, value).unwrap();
+                recipe.denoiser = denoiser;
+                assert_same(&recipe, folder.path());
+            }
+        }
+        if let Some(paper) = denoiser.paper() {
+            recipe.denoiser = paper;
+            assert_same(&recipe, folder.path());
+        }
+    }
+}
+
+#[test]
+fn everything_else_that_is_chosen() {
+    let folder = tempfile::tempdir().unwrap();
+    mesh(&folder.path().join("sheet.obj"));
+    std::fs::write(folder.path().join("patch.txt"), "7 12-40 # a patch\n").unwrap();
+    let changes: [fn(&mut Recipe); 12] = [
+        |r| r.settings.lambda.0 = 0.25,
+        |r| r.settings.map = MapKind::VectorObject,
+        |r| r.settings.map = MapKind::VectorTangent,
+        |r| r.settings.texel = TexelFormat::Exr32,
+        |r| r.settings.layout = LayoutChoice::Vertex,
+        |r| (r.settings.layout, r.settings.side) = (LayoutChoice::Uv, Some(512)),
+        |r| r.settings.carriers = Carriers::Obj,
+        |r| r.settings.welding = Welding::None,
+        |r| r.settings.tolerance.0 = 3.0,
+        |r| r.limits.max_displacement = Some(0.1),
+        |r| (r.limits.boundary, r.limits.preserve_volume) = (true, true),
+        |r| r.limits.boundary = true,
+    ];
+    for change in changes {
+        let mut recipe = Recipe { denoiser: options::named("taubin"), ..Recipe::default() };
+        change(&mut recipe);
+        assert_same(&recipe, folder.path());
+    }
+    let mut recipe = Recipe { denoiser: options::named("taubin"), ..Recipe::default() };
+    recipe.limits.mask = Some(folder.path().join("patch.txt"));
+    assert_same(&recipe, folder.path());
+    for (_, normals) in planish_viewer::app::recipe::normals().iter().filter(|(word, _)| *word != "file") {
+        recipe.settings.normals = *normals;
+        assert_same(&recipe, folder.path());
+    }
+}
+
+#[test]
+fn a_map_that_is_opened_is_baked_again_as_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let [mesh_path, out] = ["sheet.obj", "out"].map(|name| folder.path().join(name));
+    mesh(&mesh_path);
+    for method in ["auto", "taubin", "guided-normals"] {
+        let line = ["planish", "bake", "--quiet", "--method", method, "-o"].map(Into::into);
+        planish_bake::run(line.into_iter().chain([out.clone().into(), mesh_path.clone().into()]));
+        let path = out.join("sheet.planish.json");
+        let manifest = Manifest::from_json(&std::fs::read(&path).unwrap()).unwrap();
+        let recipe = Recipe::of(&manifest, &path);
+        let model = input::model(&mesh_path, recipe.settings.welding, &Silent).unwrap();
+        let job = Job { input: &mesh_path, model: &model, folder: &out, spared: &[] };
+        let baked = job.run(&recipe.settings(&job).unwrap(), &Silent).unwrap();
+        for file in &baked.bundle.files {
+            assert!(std::fs::read(out.join(&file.name)).unwrap() == file.bytes, "{method}: {}", file.name);
+        }
+    }
+}
