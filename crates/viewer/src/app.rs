@@ -195,7 +195,8 @@ impl App {
         let until = (kind != MessageKind::Error).then(|| Instant::now() + NEWS_STAY);
         self.messages.push(Message { kind, text, until });
     }
-    fn fail(&mut self, failure: &Failure) {
+    /// Tells the user what could not be done; an interruption is no news.
+    pub(crate) fn fail(&mut self, failure: &Failure) {
         match failure {
             Failure::Interrupted => {}
             Failure::Input(text) | Failure::Internal(text) => self.say(MessageKind::Error, text.clone()),

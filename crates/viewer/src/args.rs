@@ -9,7 +9,7 @@ use planish_viewer::ground::Show;
 use planish_viewer::open::Files;
 use planish_viewer::settings::{Normals, Overlay, Sampling, Settings, Shading, Size};
 use planish_viewer::shadow::Filter;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Shows a mesh and its displacement map in a window, or draws it into a file.
 ///
@@ -162,6 +162,13 @@ impl Args {
             normal_map: self.normal_map.clone(),
             scalars: self.scalars.clone(),
         })
+    }
+
+    /// Files that are read, so that none is written over.
+    pub(crate) fn inputs(&self) -> Vec<&Path> {
+        let files =
+            [&self.input, &self.map, &self.texture, &self.normal_map, &self.heights, &self.scalars, &self.clean];
+        files.into_iter().flatten().map(PathBuf::as_path).collect()
     }
 
     /// The first option that the window has no use for: it reads the files that it is shown.

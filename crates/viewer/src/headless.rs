@@ -4,6 +4,7 @@ use crate::args::Args;
 use crate::terminal::Terminal;
 use crate::timings;
 use image::{ImageFormat, RgbaImage};
+use planish_files::output;
 use planish_geometry::colormap::Colormap;
 use planish_geometry::metrics::Triangles;
 use planish_geometry::obj::Obj;
@@ -99,12 +100,7 @@ fn scene(args: &Args, mut settings: Settings) -> Result<(Scene, Settings), Failu
     if settings.shading == Shading::Heat && args.scalars.is_none() && args.clean.is_none() {
         return Err(Failure::Usage("heat shading needs numbers: --scalars IN.txt or --clean CLEAN.obj".to_owned()));
     }
-    let Opened { model, mut scene, manifest, warnings, .. } = {
-        let terminal = Terminal::new();
-        let opened = open::open(&args.files()?, &settings, &terminal);
-        terminal.clear();
-        opened?
-    };
+    let Opened { model, mut scene, manifest, warnings, .. } = open::open(&args.files()?, &settings, &Terminal::new())?;
     warnings.iter().for_each(|text| warn(text));
     if let Some(manifest) = manifest.filter(|_| args.settings.is_none() && args.lambda.is_none()) {
         settings.displace.lambda = manifest.displacement.lambda as f32;
@@ -127,6 +123,9 @@ fn scene(args: &Args, mut settings: Settings) -> Result<(Scene, Settings), Failu
 }
 
 fn picture(args: &Args, output: &Path, settings: Settings) -> Result<(), Failure> {
+    for place in std::iter::once(output).chain(args.save_settings.as_deref()) {
+        output::spare(place, &args.inputs()).map_err(|e| Failure::Usage(e.to_string()))?;
+    }
     let (scene, settings) = scene(args, settings)?;
     let mut png = Cursor::new(Vec::new());
     let failed = |reason: String| Failure::Output { path: output.to_owned(), reason };

@@ -30,7 +30,7 @@ use bindings::Layouts;
 use glam::{Vec3, Vec4};
 use image::RgbaImage;
 use lighting::Lighting;
-use pictures::{Canvas, Samplers};
+use pictures::Samplers;
 use pipelines::Pipelines;
 use rayon::prelude::*;
 
@@ -83,6 +83,11 @@ impl Renderer {
         let samples = if smooth == Smoothness::OneSample { 1 } else { self.gpu.samples };
         let texture = |format| pictures::attachment(&self.gpu.device, size, samples, format);
         Target { size, samples, depth: texture(DEPTH), colour: (samples > 1).then(|| texture(FORMAT)) }
+    }
+
+    /// A texture of format [`FORMAT`] that can be drawn to and copied from.
+    pub fn canvas(&self, size: Size) -> wgpu::Texture {
+        pictures::canvas(&self.gpu.device, size)
     }
 
     /// Draws to a view of format [`FORMAT`] and of the target's size; `settings.size` does not matter.
@@ -172,9 +177,10 @@ impl Renderer {
         let size = Size { width: settings.size.width * scale, height: settings.size.height * scale };
         let smooth = if scale > 1 { Smoothness::OneSample } else { Smoothness::SmoothEdges };
         let target = self.target(size, smooth);
-        let canvas = Canvas::new(&self.gpu.device, size);
-        self.draw(uploaded, scene, settings, &target, &canvas.view);
-        let mut image = shrunk(canvas.read(&self.gpu), scale);
+        let canvas = self.canvas(size);
+        let view = canvas.create_view(&wgpu::TextureViewDescriptor::default());
+        self.draw(uploaded, scene, settings, &target, &view);
+        let mut image = shrunk(pictures::read(&self.gpu, &canvas), scale);
         software::add_legend(&mut image, scene, settings);
         image
     }

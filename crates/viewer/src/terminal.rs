@@ -1,47 +1,35 @@
 //! Where the work is, on a terminal.
 
+use indicatif::{ProgressBar, ProgressStyle};
 use planish_geometry::progress::Progress;
-use std::io::{IsTerminal as _, Write as _};
-use std::sync::Mutex;
-use std::sync::PoisonError;
 
-/// Rewrites one line of standard error; writes nothing where that is not a terminal. Ctrl-C ends the program at any time:
+/// A line on standard error; hidden where that is no terminal, and gone at the end. Ctrl-C ends the program at any time:
 /// files appear by renaming, so that none is left half written.
-pub(crate) struct Terminal {
-    shown: Option<Mutex<(&'static str, u32)>>,
-}
+pub(crate) struct Terminal(ProgressBar);
 
 impl Terminal {
     pub(crate) fn new() -> Self {
-        Self { shown: std::io::stderr().is_terminal().then(Mutex::default) }
-    }
-
-    fn show(&self, change: impl FnOnce(&mut (&'static str, u32))) {
-        let Some(shown) = &self.shown else { return };
-        let mut shown = shown.lock().unwrap_or_else(PoisonError::into_inner);
-        let before = *shown;
-        change(&mut shown);
-        if *shown != before {
-            let (stage, percent) = *shown;
-            // If nobody looks, the work goes on all the same. The rest of the line is erased.
-            let _ = write!(std::io::stderr(), "\r{stage} {percent} %\x1b[K");
+        let bar = ProgressBar::new(100);
+        if let Ok(style) = ProgressStyle::with_template("{msg} {percent} %") {
+            bar.set_style(style);
         }
+        Self(bar)
     }
+}
 
-    /// Takes the line away.
-    pub(crate) fn clear(&self) {
-        if self.shown.is_some() {
-            let _ = write!(std::io::stderr(), "\r\x1b[K");
-        }
+impl Drop for Terminal {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
     }
 }
 
 impl Progress for Terminal {
     fn stage(&self, name: &'static str) {
-        self.show(|shown| *shown = (name, 0));
+        self.0.set_message(name);
+        self.0.set_position(0);
     }
 
     fn done(&self, share: f64) {
-        self.show(|shown| shown.1 = (100.0 * share.clamp(0.0, 1.0)) as u32);
+        self.0.set_position((100.0 * share.clamp(0.0, 1.0)) as u64);
     }
 }

@@ -1,6 +1,6 @@
 //! How long a picture takes, and what it takes up.
 
-use planish_viewer::gpu::{FORMAT, NoGpu};
+use planish_viewer::gpu::NoGpu;
 use planish_viewer::renderer::{Renderer, Smoothness};
 use planish_viewer::scene::Scene;
 use planish_viewer::settings::Settings;
@@ -50,17 +50,8 @@ pub(crate) fn measure(
     gpu.wait();
     let uploading = begun.elapsed();
     let target = renderer.target(settings.size, Smoothness::SmoothEdges);
-    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("frame"),
-        size: wgpu::Extent3d { width: settings.size.width, height: settings.size.height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: FORMAT,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
-        view_formats: &[],
-    });
-    let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+    let canvas = renderer.canvas(settings.size);
+    let view = canvas.create_view(&wgpu::TextureViewDescriptor::default());
     let frame = || {
         let begun = Instant::now();
         renderer.draw(&uploaded, scene, settings, &target, &view);

@@ -90,6 +90,11 @@ fn what_cannot_be_done_exits_with_1() {
     let folder = Folder::new();
     folder.fails("in.obj", 1, "--headless");
     folder.fails("in.obj --headless none/out.png", 1, "none/out.png");
+    let before = fs::read(folder.path("in.obj")).unwrap();
+    folder.fails("in.obj --headless in.obj", 2, "in.obj: is an input");
+    folder.fails("in.obj --headless new.png --save-settings in.obj", 2, "in.obj: is an input");
+    assert_eq!(fs::read(folder.path("in.obj")).unwrap(), before);
+    assert!(!folder.path("new.png").exists());
 }
 
 /// A tent over a square, whose tip the default method takes down.

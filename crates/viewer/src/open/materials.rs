@@ -2,6 +2,7 @@
 
 use super::picture;
 use crate::texture::{Content, Texture, Textures};
+use planish_files::input;
 use planish_geometry::materials::{self, Material};
 use planish_geometry::model::Model;
 use planish_geometry::obj::Obj;
@@ -45,21 +46,11 @@ pub(super) fn textures(mesh: &Path, model: &Model, warnings: &mut Vec<String>) -
 /// All materials of the libraries that the mesh names.
 fn materials(mesh: &Path, obj: &Obj, warnings: &mut Vec<String>) -> Vec<Material> {
     let mut all = Vec::new();
-    for argument in &obj.extras().material_libraries {
-        let argument = String::from_utf8_lossy(argument);
-        // One name that may hold blanks, or several names.
-        let whole = beside(mesh, &argument);
-        let paths = if whole.exists() {
-            vec![whole]
-        } else {
-            argument.split_whitespace().map(|name| beside(mesh, name)).collect()
-        };
-        for path in paths {
-            let read = || materials::read(&std::fs::read(&path).map_err(|e| e.to_string())?).map_err(|e| e.to_string());
-            match read() {
-                Ok(materials) => all.extend(materials),
-                Err(reason) => warnings.push(format!("{}: {reason}", path.display())),
-            }
+    for library in input::libraries(mesh, obj) {
+        let read = library.bytes.ok_or_else(|| "cannot be read".to_owned());
+        match read.and_then(|bytes| materials::read(&bytes).map_err(|e| e.to_string())) {
+            Ok(materials) => all.extend(materials),
+            Err(reason) => warnings.push(format!("{}: {reason}", library.path.display())),
         }
     }
     all

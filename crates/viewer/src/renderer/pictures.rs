@@ -41,41 +41,33 @@ fn flat(
     }
 }
 
-/// A picture that can be read back.
-pub(super) struct Canvas {
-    texture: wgpu::Texture,
-    pub(super) view: wgpu::TextureView,
+/// A picture that can be drawn and read back.
+pub(super) fn canvas(device: &wgpu::Device, size: Size) -> wgpu::Texture {
+    let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
+    device.create_texture(&flat(size.width, size.height, FORMAT, usage))
 }
 
-impl Canvas {
-    pub(super) fn new(device: &wgpu::Device, size: Size) -> Self {
-        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
-        let texture = device.create_texture(&flat(size.width, size.height, FORMAT, usage));
-        Self { view: texture.create_view(&wgpu::TextureViewDescriptor::default()), texture }
-    }
-
-    /// Its pixels; black if the device is lost.
-    pub(super) fn read(&self, gpu: &Gpu) -> RgbaImage {
-        let (width, height) = (self.texture.width(), self.texture.height());
-        let row = (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-        let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("picture"),
-            size: u64::from(row) * u64::from(height),
-            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: Some(height) };
-        encoder.copy_texture_to_buffer(
-            self.texture.as_image_copy(),
-            wgpu::TexelCopyBufferInfo { buffer: &buffer, layout },
-            self.texture.size(),
-        );
-        gpu.queue.submit([encoder.finish()]);
-        let bytes = gpu.mapped(&buffer);
-        let rows = bytes.chunks_exact(row as usize).flat_map(|bytes| &bytes[..4 * width as usize]);
-        RgbaImage::from_raw(width, height, rows.copied().collect()).unwrap_or_else(|| RgbaImage::new(width, height))
-    }
+/// Pixels of a canvas; black if the device is lost.
+pub(super) fn read(gpu: &Gpu, texture: &wgpu::Texture) -> RgbaImage {
+    let (width, height) = (texture.width(), texture.height());
+    let row = (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("picture"),
+        size: u64::from(row) * u64::from(height),
+        usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: Some(height) };
+    encoder.copy_texture_to_buffer(
+        texture.as_image_copy(),
+        wgpu::TexelCopyBufferInfo { buffer: &buffer, layout },
+        texture.size(),
+    );
+    gpu.queue.submit([encoder.finish()]);
+    let bytes = gpu.mapped(&buffer);
+    let rows = bytes.chunks_exact(row as usize).flat_map(|bytes| &bytes[..4 * width as usize]);
+    RgbaImage::from_raw(width, height, rows.copied().collect()).unwrap_or_else(|| RgbaImage::new(width, height))
 }
 
 /// A picture with its levels of detail. The finest ones are left out that are larger than the device allows.

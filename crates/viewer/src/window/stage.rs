@@ -2,8 +2,8 @@
 
 use super::screen::Screen;
 use super::session::{Comparing, Session};
+use crate::app::App;
 use crate::app::jobs::{self, Slot, Status, Ticket, Wake};
-use crate::app::{App, MessageKind};
 use crate::environment::file::Source;
 use crate::environment::{self, Environment};
 use crate::gpu::{FORMAT, Gpu};
@@ -148,11 +148,11 @@ impl Stage {
                 jobs::discard(self.shown.replace(shown));
                 self.around = around;
                 if let Some(failure) = failed {
-                    app.say(MessageKind::Error, failure.to_string());
+                    app.fail(&failure);
                 }
             }
-            Some(Err(Failure::Input(text) | Failure::Internal(text))) => app.say(MessageKind::Error, text),
-            Some(Err(Failure::Interrupted)) | None => {}
+            Some(Err(failure)) => app.fail(&failure),
+            None => {}
         }
     }
 
@@ -192,7 +192,7 @@ impl Stage {
                 Some(canvas) if canvas.size == size => canvas,
                 slot => {
                     let before = slot.as_ref().map(|canvas| canvas.id);
-                    slot.insert(Canvas::new(self.renderer.gpu(), screen, size, before))
+                    slot.insert(Canvas::new(&self.renderer, screen, size, before))
                 }
             };
             let of = Arc::as_ptr(&shown.scene);
@@ -245,22 +245,18 @@ pub(super) fn height_range(view: &Settings, scene: &Scene) -> Option<Range> {
 }
 
 impl Canvas {
-    fn new(gpu: &Gpu, screen: &mut Screen, size: Size, before: Option<TextureId>) -> Self {
-        let texture = |format, usage| {
-            gpu.device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("view"),
-                size: wgpu::Extent3d { width: size.width, height: size.height, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage,
-                view_formats: &[],
-            })
-        };
-        let colour = texture(FORMAT, wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC);
-        let plain =
-            texture(FORMAT.remove_srgb_suffix(), wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST);
+    fn new(renderer: &Renderer, screen: &mut Screen, size: Size, before: Option<TextureId>) -> Self {
+        let colour = renderer.canvas(size);
+        let plain = renderer.gpu().device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("view"),
+            size: colour.size(),
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: FORMAT.remove_srgb_suffix(),
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
         let seen = |texture: &wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
         let id = screen.register(&seen(&plain), before);
         Self { size, view: seen(&colour), colour, plain, id, drawn: None }
