@@ -30,6 +30,7 @@ CASES = [
     pytest.param(DUCK, "bare", ("--layout", "vertex", "--bits", "16"), id="bare-vertex-16"),
     pytest.param(DUCK, "uvs", ("--normals", "angle", "--bits", "32"), id="duck-angle"),
     pytest.param(DUCK, "uvs", ("--normals", "denoised", "--bits", "32"), id="duck-denoised"),
+    pytest.param(DUCK, "uvs", ("--normals", "leaning", "--bits", "32"), id="duck-leaning"),
     pytest.param(DUCK, "uvs", ("--normals", "area", "--bits", "32"), id="duck-area"),
     pytest.param(DUCK, "uvs", ("--map", "vector", "--bits", "32"), id="duck-vector-uv"),
     pytest.param(DUCK, "uvs", ("--map", "vector", "--layout", "vertex", "--bits", "16"), id="duck-vector-vertex"),

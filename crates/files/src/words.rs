@@ -44,6 +44,7 @@ pub fn along(normals: NormalSource) -> &'static str {
         NormalSource::Area => "area-weighted",
         NormalSource::Angle => "angle-weighted",
         NormalSource::Denoised => "angle-weighted, of the denoised surface",
+        NormalSource::Leaning => "angle-weighted, of the denoised surface, leaning where needed",
     }
 }
 

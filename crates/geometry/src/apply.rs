@@ -191,7 +191,7 @@ pub fn baked_vertices(
     };
     let normals = if is_carrier {
         of_carrier(mesh)
-    } else if manifest.normals == NormalSource::Denoised {
+    } else if matches!(manifest.normals, NormalSource::Denoised | NormalSource::Leaning) {
         // Without it one would have to denoise once more.
         let carrier = carrier().filter(|carrier| manifest::sha256(carrier.bytes()) == manifest.carrier.sha256);
         of_carrier(&carrier.ok_or(MeshError::NeedsCarrierNormals)?)

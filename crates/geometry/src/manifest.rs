@@ -296,26 +296,33 @@ pub struct HeightsLoss {
     pub turned_deg: f64,
     /// Mean angle between the faces of that surface and of the one that the heights give, degrees.
     pub lost_deg: f64,
+    /// Share of the vertices whose normal leans to where the vertex goes, because faces would stay turned otherwise.
+    #[serde(default)]
+    pub leaning: f64,
 }
 
 impl HeightsLoss {
     /// Whether a map of vectors is worth three channels: more than half a degree is lost, below which shading shows no
-    /// difference, and more than a tenth of the turn, so that a part of the noise is left that can be seen.
+    /// difference, and more than a tenth of the turn, so that a part of the noise is left that can be seen; or that needs
+    /// so many normals to lean that they are none of the surface any more.
     pub fn is_much(&self) -> bool {
-        self.lost_deg > 0.5 && self.lost_deg > 0.1 * self.turned_deg
+        self.lost_deg > 0.5 && (self.lost_deg > 0.1 * self.turned_deg || self.leaning > 0.2)
     }
 }
 
 impl From<Loss> for HeightsLoss {
     fn from(loss: Loss) -> Self {
-        Self { turned_deg: loss.turned, lost_deg: loss.lost }
+        Self { turned_deg: loss.turned, lost_deg: loss.lost, leaning: loss.leaning }
     }
 }
 
 impl fmt::Display for HeightsLoss {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { turned_deg, lost_deg } = self;
+        let Self { turned_deg, lost_deg, leaning } = self;
         write!(f, "heights lose {lost_deg:.2}° of the {turned_deg:.2}° by which denoising turns the faces")?;
+        if *leaning > 0.0 {
+            write!(f, ", with {:.1} % of the normals leaning", 100.0 * leaning)?;
+        }
         if self.is_much() {
             write!(f, ": a map of vectors loses nothing")?;
         }

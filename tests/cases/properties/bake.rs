@@ -51,7 +51,13 @@ fn settings() -> impl Strategy<Value = Settings> {
         vec![Interpolation::Barycentric, Interpolation::Natural, Interpolation::Idw, Interpolation::Nearest];
     let formats = TexelFormat::ALL.to_vec();
     let layouts = vec![LayoutChoice::Auto, LayoutChoice::Uv, LayoutChoice::Vertex];
-    let normals = vec![NormalSource::Uniform, NormalSource::Area, NormalSource::Angle, NormalSource::Denoised];
+    let normals = vec![
+        NormalSource::Uniform,
+        NormalSource::Area,
+        NormalSource::Angle,
+        NormalSource::Denoised,
+        NormalSource::Leaning,
+    ];
     let texels = vec![Texels::Fitted, Texels::Interpolated];
     (1..70_u32, select(interpolations), select(texels), select(formats), select(layouts), select(normals), 1..4_u32)
         .prop_map(|(side, interpolation, texels, texel, layout, normals, iterations)| Settings {

@@ -136,7 +136,7 @@ pub(super) fn candidate(text: &str) -> Result<Candidate, String> {
 }
 
 choice!(NormalsArg => Option<NormalSource> {
-    /// With methods that have --motion angle or denoised, whichever loses less; else angle
+    /// With methods that have --motion angle, denoised or leaning, whichever loses least; else angle
     #[default]
     Auto => None,
     /// Those of the file, averaged at each vertex
@@ -149,6 +149,8 @@ choice!(NormalsArg => Option<NormalSource> {
     Angle => Some(NormalSource::Angle),
     /// The same on the denoised surface
     Denoised => Some(NormalSource::Denoised),
+    /// Those, leaning to where vertices go at those whose faces would stay turned; for heights
+    Leaning => Some(NormalSource::Leaning),
 });
 
 choice!(InterpolationArg => Interpolation {

@@ -74,7 +74,8 @@ impl Goal {
     }
 
     /// Denoises for a kind of map, along certain normals. Without any, heights of methods with a [`Motion`] go along those
-    /// that lose least, all else along the angle-weighted ones of the input.
+    /// that lose least, all else along the angle-weighted ones of the input. Heights along normals that lean are fitted
+    /// whatever the method, and tangent frames do not lean.
     ///
     /// # Panics
     /// If a target has not one position for each vertex.
@@ -94,6 +95,7 @@ impl Goal {
                     Moved { deltas: ways_to(surface, positions), along: None, limits: None, choice: None }
                 }
             };
+            let chosen = if chosen == NormalSource::Leaning { NormalSource::Denoised } else { chosen };
             let normals = model.displacement_normals(chosen, &deltas)?;
             return Ok(Ways { deltas, normals, source: chosen, heights: None, limits, choice });
         }
@@ -108,6 +110,8 @@ impl Goal {
         bounds.clamp(&mut deltas);
         let (along, source) = if fits && normals.is_none() {
             Along::best(surface, &deltas, progress)?
+        } else if chosen == NormalSource::Leaning {
+            (Along::leaning(surface, &deltas, progress)?, chosen)
         } else {
             let normals = model.displacement_normals(chosen, &deltas)?;
             let along = match fits {

@@ -5,7 +5,10 @@
 //! faces follow them (see `vertex_update/least_squares.rs`), held lightly to the projection.
 //!
 //! Along which normals it is best depends on the noise: those of the noisy surface hold all of noise that lies along
-//! them, those of the denoised surface are not noisy themselves. [`Along::best`] tries both.
+//! them, those of the denoised surface are not noisy themselves, and these may lean to the ways of some vertices (see
+//! `along/leaning.rs`). [`Along::best`] tries all three.
+
+mod leaning;
 
 use super::faces::{Faces, Shapes};
 use super::limits::{Bounds, Outcome};
@@ -37,6 +40,8 @@ pub struct Loss {
     pub lost: f64,
     /// Root mean square over the vertices of |δ − h·n|, model units.
     pub rms: f64,
+    /// Share of the vertices whose normal leans, 0..=1; see [`NormalSource::Leaning`].
+    pub leaning: f64,
 }
 
 /// 10⁻² of closeness for three edges of a face.
@@ -64,6 +69,13 @@ impl Along {
         Wanted::new(surface, deltas).fitted(normals, progress)
     }
 
+    /// The fit along normals of the denoised surface that lean to the ways of those vertices whose faces it would leave
+    /// turned otherwise: [`NormalSource::Leaning`].
+    pub fn leaning(surface: &Surface, deltas: &[DVec3], progress: &dyn Progress) -> Result<Self, Cancelled> {
+        let wanted = Wanted::new(surface, deltas);
+        wanted.leaning(wanted.fitted(wanted.normals_of_denoised(), progress)?, progress)
+    }
+
     /// The same within limits, and what these did; δ (#V×3, model units) is what was wanted.
     pub fn within(
         mut self,
@@ -87,36 +99,35 @@ impl Along {
                     *height *= 1.0 - f64::EPSILON;
                 }
             }
-            self.loss = Wanted::new(surface, deltas).loss(&self.deltas());
+            let leaning = self.loss.leaning;
+            self.loss = Loss { leaning, ..Wanted::new(surface, deltas).loss(&self.deltas()) };
         }
         Ok((self, limits))
     }
 
-    /// The fit along the angle-weighted normals of the surface or of the denoised one, whichever loses less.
+    /// The fit along the angle-weighted normals of the surface, along those of the denoised one, or along the latter leaning,
+    /// whichever loses least.
     pub fn best(
         surface: &Surface,
         deltas: &[DVec3],
         progress: &dyn Progress,
     ) -> Result<(Self, NormalSource), Cancelled> {
         let wanted = Wanted::new(surface, deltas);
-        let mut best = None;
-        for source in [NormalSource::Angle, NormalSource::Denoised] {
-            let denoised;
-            let of = if source == NormalSource::Angle {
-                surface
-            } else {
-                denoised = surface.at(moved(surface, deltas));
-                &denoised
-            };
-            let normals = normals::vertex_normals(of, FaceWeight::Angle).into_iter().map(DVec3::as_vec3).collect();
-            let along = wanted.fitted(normals, progress)?;
-            if best.as_ref().is_none_or(|(before, _): &(Self, _)| along.loss.lost < before.loss.lost) {
-                best = Some((along, source));
+        let mut best = (wanted.fitted(single(surface), progress)?, NormalSource::Angle);
+        let denoised = wanted.fitted(wanted.normals_of_denoised(), progress)?;
+        let leaning = wanted.leaning(denoised.clone(), progress)?;
+        for (along, source) in [(denoised, NormalSource::Denoised), (leaning, NormalSource::Leaning)] {
+            if along.loss.lost < best.0.loss.lost {
+                best = (along, source);
             }
         }
-        // There are two.
-        Ok(best.unwrap_or_else(|| (wanted.projected(Vec::new()), NormalSource::Angle)))
+        Ok(best)
     }
+}
+
+/// Angle-weighted normals in single precision. #V×3
+fn single(surface: &Surface) -> Vec<Vec3> {
+    normals::vertex_normals(surface, FaceWeight::Angle).into_iter().map(DVec3::as_vec3).collect()
 }
 
 /// p − δ. #V×3, model units
@@ -141,6 +152,10 @@ impl<'a> Wanted<'a> {
         let noisy = Shapes::of(&faces, surface.positions()).normals;
         let denoised = Shapes::of(&faces, &moved(surface, deltas)).normals;
         Self { surface, deltas, faces, noisy, denoised }
+    }
+
+    fn normals_of_denoised(&self) -> Vec<Vec3> {
+        single(&self.surface.at(moved(self.surface, self.deltas)))
     }
 
     fn projected(&self, normals: Vec<Vec3>) -> Along {
@@ -179,7 +194,8 @@ impl<'a> Wanted<'a> {
             let angles = normals.iter().zip(&self.denoised).map(|(a, b)| a.cross(*b).length().atan2(a.dot(*b)));
             angles.sum::<f64>().to_degrees() / normals.len().max(1) as f64
         };
-        Loss { turned: mean(&self.noisy), lost: mean(&held), rms: (squares / ways.len().max(1) as f64).sqrt() }
+        let rms = (squares / ways.len().max(1) as f64).sqrt();
+        Loss { turned: mean(&self.noisy), lost: mean(&held), rms, leaning: 0.0 }
     }
 }
 
@@ -198,10 +214,6 @@ mod tests {
         (sphere.at(sphere.positions().iter().zip(&lifted).map(|(p, d)| *p + *d).collect()), lifted)
     }
 
-    fn normals(surface: &Surface) -> Vec<Vec3> {
-        normals::vertex_normals(surface, FaceWeight::Angle).into_iter().map(DVec3::as_vec3).collect()
-    }
-
     #[test]
     fn noise_along_the_normals_of_the_clean_surface_is_held_along_these() {
         let (surface, deltas) = noisy(Direction::Normal);
@@ -216,8 +228,8 @@ mod tests {
     fn a_fit_loses_less_than_the_projection_and_one_cannot_hold_all_noise() {
         for (direction, share) in [(Direction::Normal, 0.1), (Direction::Random, 0.5)] {
             let (surface, deltas) = noisy(direction);
-            let projected = Along::projected(&surface, &deltas, normals(&surface));
-            let fitted = Along::fitted(&surface, &deltas, normals(&surface), &Silent).unwrap();
+            let projected = Along::projected(&surface, &deltas, single(&surface));
+            let fitted = Along::fitted(&surface, &deltas, single(&surface), &Silent).unwrap();
             assert_eq!(projected.heights, normals::heights(&deltas, &projected.normals));
             let [before, after] = [projected.loss, fitted.loss];
             assert!(after.lost < 0.7 * before.lost, "{direction:?}: {before:?} {after:?}");

@@ -233,6 +233,7 @@ pub fn normals() -> Choices<Option<NormalSource>> {
         ("auto", None),
         ("angle", Some(NormalSource::Angle)),
         ("denoised", Some(NormalSource::Denoised)),
+        ("leaning", Some(NormalSource::Leaning)),
         ("area", Some(NormalSource::Area)),
         ("uniform", Some(NormalSource::Uniform)),
         ("file", Some(NormalSource::File)),
