@@ -303,10 +303,10 @@ pub struct HeightsLoss {
 
 impl HeightsLoss {
     /// Whether a map of vectors is worth three channels: more than half a degree is lost, below which shading shows no
-    /// difference, and more than a tenth of the turn, so that a part of the noise is left that can be seen; or that needs
-    /// so many normals to lean that they are none of the surface any more.
+    /// difference, and more than a tenth of the turn, so that a part of the noise is left that can be seen; or so many normals
+    /// lean that they are none of the surface any more.
     pub fn is_much(&self) -> bool {
-        self.lost_deg > 0.5 && (self.lost_deg > 0.1 * self.turned_deg || self.leaning > 0.2)
+        (self.lost_deg > 0.5 && self.lost_deg > 0.1 * self.turned_deg) || self.leaning > 0.2
     }
 }
 
