@@ -87,7 +87,7 @@ impl NoiseLevel {
         // Creases fill the tail even without noise.
         let white = self.fine.max(self.tail).min(1.6 * self.fine);
         match kind {
-            Kind::Correlated if self.is_rough() => 5.0 * self.excess(),
+            Kind::Correlated if self.is_rough() => 7.5 * self.excess(),
             Kind::Correlated => 1.5 * self.inflation() * white,
             Kind::None => white * (1.0 - self.detail(0.01)).sqrt(),
             Kind::Independent | Kind::Uneven => white,
