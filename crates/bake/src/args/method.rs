@@ -141,6 +141,10 @@ pub(crate) struct MethodArgs {
     /// map, auto: standard deviation of the noise in mean edge lengths [default: measured on the mesh]
     #[arg(long, value_name = "S", value_parser = not_negative, allow_negative_numbers = true)]
     noise: Option<f64>,
+    /// map, auto: the same across the normals, at most; as much as along them where noise goes in all directions [default:
+    /// measured on the mesh]
+    #[arg(long, value_name = "S", value_parser = not_negative, allow_negative_numbers = true)]
+    noise_across: Option<f64>,
     /// auto: what the noise is like [default: measured on the mesh]
     #[arg(long, value_enum)]
     noise_kind: Option<KindArg>,
@@ -183,7 +187,7 @@ pub(crate) struct MethodArgs {
 }
 
 /// Options that say how to denoise, and so mean nothing where the denoised mesh is given.
-pub(super) const METHOD_OPTIONS: [&str; 34] = [
+pub(super) const METHOD_OPTIONS: [&str; 35] = [
     "method",
     "preset",
     "iterations",
@@ -205,6 +209,7 @@ pub(super) const METHOD_OPTIONS: [&str; 34] = [
     "fidelity",
     "second_order",
     "noise",
+    "noise_across",
     "noise_kind",
     "candidates",
     "prior",
@@ -255,7 +260,7 @@ impl MethodArgs {
     fn given(&self) -> Vec<(&'static str, &'static [&'static str], Value)> {
         let number = |x: Option<f64>| x.map(Value::from);
         let count = |n: Option<u32>| n.map(Value::from);
-        let all: [(_, &[_], _); 29] = [
+        let all: [(_, &[_], _); 30] = [
             // First, for others change settings of it.
             ("--prior", &["/prior"], choice::<_, Prior>(self.prior)),
             ("--iterations", &["/iterations", "/prior/rounds"], count(self.iterations)),
@@ -277,6 +282,7 @@ impl MethodArgs {
             ("--fidelity", &["/fidelity"], number(self.fidelity)),
             ("--second-order", &["/second_order"], number(self.second_order)),
             ("--noise", &["/noise"], number(self.noise)),
+            ("--noise-across", &["/noise_across"], number(self.noise_across)),
             ("--noise-kind", &["/kind"], choice::<_, Kind>(self.noise_kind)),
             ("--candidates", &["/candidates"], self.candidates.as_ref().map(json)),
             ("--strength", &["/prior/strength"], number(self.strength)),

@@ -6,6 +6,10 @@
 //! more of them. Large meshes are tried on patches, and only what has a share is run on the whole. A mesh on which no noise
 //! can be told from the surface is left alone. Where noise is alike between neighbours the estimate of the risk does not
 //! hold, and one robust prior with a large σ is used.
+//!
+//! Noise along the normals leaves vertices where they are across them, and the finest band across the normals says how far
+//! noise can have pushed them sideways at most. By that the candidates hold them, which is what tells noise along the normals
+//! from noise in all directions.
 
 mod candidates;
 mod patches;
@@ -31,6 +35,8 @@ use trial::Trial;
 pub struct Auto {
     /// σ, mean edge lengths; measured on the mesh where it is not given.
     pub noise: Option<f64>,
+    /// The same across the normals, at most; measured where it is not given.
+    pub noise_across: Option<f64>,
     /// What the noise is like; measured where it is not given.
     pub kind: Option<Kind>,
     /// What is tried; those that go with the kind of noise where it is not given.
@@ -44,7 +50,14 @@ pub struct Auto {
 impl Default for Auto {
     /// All measured; free, and vertices at the boundary are held by their data like all others.
     fn default() -> Self {
-        Self { noise: None, kind: None, candidates: None, motion: Motion::Free, boundary: Boundary::Free }
+        Self {
+            noise: None,
+            noise_across: None,
+            kind: None,
+            candidates: None,
+            motion: Motion::Free,
+            boundary: Boundary::Free,
+        }
     }
 }
 
@@ -57,6 +70,9 @@ pub struct Choice {
     pub kind: Kind,
     /// σ that it is taken to have, mean edges; 0 where there is none.
     pub sigma: f64,
+    /// The same across the normals, at most.
+    #[serde(default)]
+    pub across: f64,
     /// What was tried; shares sum to 1, the largest comes first.
     pub candidates: Vec<Share>,
 }
@@ -91,6 +107,9 @@ impl fmt::Display for Choice {
                 self.measured.fine, self.measured.coarse
             )?,
         }
+        if matches!(self.kind, Kind::Independent | Kind::Uneven) && self.across < self.sigma {
+            write!(f, ", at most {:.3} across the normals", self.across)?;
+        }
         if let [Share { candidate: Candidate::Stay, .. }] = self.candidates[..] {
             return write!(f, ": left alone");
         }
@@ -103,6 +122,9 @@ impl fmt::Display for Choice {
         Ok(())
     }
 }
+
+/// σ, mean edges, beyond which results are judged without holding vertices.
+const MUCH: f64 = 0.4;
 
 /// δ of what has the least risk (#V×3, model units), and what that is; in the free form, see [`Denoiser::run`](super::Denoiser::run).
 pub fn choose(surface: &Surface, settings: &Auto, progress: &dyn Progress) -> Result<(Vec<DVec3>, Choice), Cancelled> {
@@ -124,7 +146,11 @@ pub fn choose(surface: &Surface, settings: &Auto, progress: &dyn Progress) -> Re
     let noisy = sigma > noise_level::NOTHING && look.mean_edge > 0.0 && !candidates.is_empty();
     let candidates = if noisy { candidates } else { &[Candidate::Stay] };
     let freedom = Freedom::of(surface, settings.boundary);
-    let run = Run::of(&net, &freedom, sigma, look.mean_edge);
+    let held = settings.noise_across.map_or(look.level.held(kind), |across| noise_level::held(sigma, across));
+    let run = Run { held, ..Run::of(&net, &freedom, sigma, look.mean_edge) };
+    // Held by normals that much noise has turned, results depend on it in a way that is not linear any more, and their risk
+    // comes out too low. Those that are not held are as far behind each other.
+    let judged = Run { held: if sigma < MUCH { held } else { 0.0 }, ..run };
     let smoothing = look.smoothing;
     let whole = Trial { run, input, normals: &look.normals, smoothing, judged: &[] };
     let (shares, ways) = if let [candidate] = candidates {
@@ -132,18 +158,20 @@ pub fn choose(surface: &Surface, settings: &Auto, progress: &dyn Progress) -> Re
     } else if let Some(part) = patches::part(surface, &net, patches::Sizes::default()) {
         let freedom = freedom.of_part(&part.vertices);
         let normals: Vec<DVec3> = part.vertices.iter().map(|&v| look.normals[v as usize]).collect();
-        let run = Run { net: &part.net, freedom: &freedom, ..run };
+        let run = Run { net: &part.net, freedom: &freedom, ..judged };
         let input = part.surface.positions();
         let trial = Trial { run, input, normals: &normals, smoothing, judged: &part.judged };
         whole.without_judging(large(trial.judged(candidates, progress)?.0), progress)?
     } else {
-        whole.judged(candidates, progress)?
+        let found = Trial { run: judged, ..whole }.judged(candidates, progress)?;
+        if judged.held < held { whole.without_judging(large(found.0), progress)? } else { found }
     };
     let mixed = |v: usize| shares.iter().zip(&ways).map(|(share, ways)| share.share * ways[v]).sum::<DVec3>();
     let deltas = net.without_folds(input, (0..input.len()).map(mixed).collect(), sigma);
     let mut candidates = shares;
     candidates.sort_by(|a, b| b.share.total_cmp(&a.share));
-    Ok((deltas, Choice { measured: look.level, kind, sigma, candidates }))
+    let across = settings.noise_across.unwrap_or(look.level.across);
+    Ok((deltas, Choice { measured: look.level, kind, sigma, across, candidates }))
 }
 
 /// Leaves out those that are not worth another run.
@@ -164,7 +192,11 @@ mod tests {
     use crate::shapes;
 
     fn noisy(clean: &Surface, sigma: f64) -> Surface {
-        let noise = Noise { sigma, direction: noise::Direction::Normal, share: 1.0, seed: 3 };
+        noisy_in(clean, sigma, noise::Direction::Normal)
+    }
+
+    fn noisy_in(clean: &Surface, sigma: f64, direction: noise::Direction) -> Surface {
+        let noise = Noise { sigma, direction, share: 1.0, seed: 3 };
         let lifted = noise::displacements(clean, &noise);
         clean.at(clean.positions().iter().zip(lifted).map(|(p, d)| *p + d).collect())
     }
@@ -188,6 +220,28 @@ mod tests {
         assert!((choice.sigma / 0.2 - 1.0).abs() < 0.2, "{choice}");
         let total: f64 = choice.candidates.iter().map(|share| share.share).sum();
         assert!((total - 1.0).abs() < 1e-12 && choice.kind == Kind::Independent, "{choice}");
+    }
+
+    #[test]
+    fn noise_along_the_normals_is_told_from_noise_in_all_directions() {
+        // With flats and edges: where all is smooth it makes no difference.
+        let ball = shapes::sphere(4);
+        let clean =
+            ball.at(ball.positions().iter().map(|p| p.clamp(DVec3::splat(-0.75), DVec3::splat(0.75))).collect());
+        let left = |noisy: &Surface, across: Option<f64>| {
+            let (deltas, choice) = choose(noisy, &Auto { noise_across: across, ..Auto::default() }, &Silent).unwrap();
+            let result: Vec<DVec3> = noisy.positions().iter().zip(deltas).map(|(p, d)| *p - d).collect();
+            (off(&clean, &result), choice)
+        };
+        let along = noisy_in(&clean, 0.2, noise::Direction::Normal);
+        let (held, choice) = left(&along, None);
+        assert!(choice.across < 0.5 * choice.sigma && choice.measured.held(choice.kind) > 3.0, "{choice:?}");
+        // As if noise went in all directions.
+        let (free, _) = left(&along, Some(0.2));
+        assert!(held < 0.97 * free, "{held} {free}");
+        // Of that much in all directions a third of the square goes along the normals.
+        let (_, choice) = left(&noisy_in(&clean, 0.3, noise::Direction::Random), None);
+        assert!(choice.across > 0.9 * choice.measured.fine && choice.measured.held(choice.kind) < 0.3, "{choice:?}");
     }
 
     #[test]

@@ -2,12 +2,13 @@
 //!
 //! In mean edge lengths, with one shape operator S_f (symmetric, 3×3) for each face as a further unknown:
 //!
-//! E(x, S) = Σᵥ |xᵥ − pᵥ|² / σ² + Σₑ wₑ |nᵢ − nⱼ − ½ (Sᵢ + Sⱼ) (cᵢ − cⱼ)|² + Σₑ vₑ |Sᵢ − Sⱼ|² + 10⁻³ λ Σ_f |S_f|²
+//! E(x, S) = Σᵥ (|xᵥ − pᵥ|² + k |(1 − N Nᵀ)(xᵥ − pᵥ)|²) / σ² + Σₑ wₑ |nᵢ − nⱼ − ½ (Sᵢ + Sⱼ) (cᵢ − cⱼ)|² + Σₑ vₑ |Sᵢ − Sⱼ|² + 10⁻³ λ Σ_f |S_f|²
 //!   \+ τ min(1/σ², 5²) Σᵥ |(1 − N Nᵀ) (U x)ᵥ|²
 //!
 //! over vertices v, edges e between faces i and j, centroids c and the umbrella U. The second term says that normals turn
 //! as the shape operator has it, the third that it does not jump; both are robust, so that a crease costs no more than it
-//! must. It is a second-order total variation of the normals (compare Liu et al., TGV normal filtering, 2021) that is
+//! must. Noise that goes along the normals N, as that of scanners and of the literature does, leaves vertices where they are
+//! across them: there they are held k times more, by as much as the mesh shows that they may be. It is a second-order total variation of the normals (compare Liu et al., TGV normal filtering, 2021) that is
 //! estimated in the positions themselves: no vertices have to follow normals afterwards, and the data hold them. The last
 //! term spreads the vertices tangentially.
 //!
@@ -36,6 +37,8 @@ use serde::{Deserialize, Serialize};
 pub struct Map {
     /// σ, mean edge lengths; measured on the mesh where it is not given.
     pub noise: Option<f64>,
+    /// The same across the normals, at most; measured where it is not given.
+    pub noise_across: Option<f64>,
     /// The prior.
     pub prior: Prior,
     /// Steps of conjugate gradients in each round, at most.
@@ -92,7 +95,7 @@ impl Default for Map {
     /// σ as measured, 40 steps a round; boundary vertices are held by their data like all others.
     fn default() -> Self {
         let (motion, boundary) = (Motion::Free, Boundary::Free);
-        Self { noise: None, prior: Prior::default(), steps: 40, motion, boundary }
+        Self { noise: None, noise_across: None, prior: Prior::default(), steps: 40, motion, boundary }
     }
 }
 
@@ -101,7 +104,9 @@ pub(super) fn deltas(surface: &Surface, settings: &Map, progress: &dyn Progress)
     progress.check()?;
     let net = Net::of(surface);
     let look = Look::at(surface, &net, progress)?;
-    let sigma = settings.noise.unwrap_or_else(|| look.level.sigma_as(look.level.kind()));
+    let kind = look.level.kind();
+    let sigma = settings.noise.unwrap_or_else(|| look.level.sigma_as(kind));
+    let held = settings.noise_across.map_or(look.level.held(kind), |across| noise_level::held(sigma, across));
     let input = surface.positions();
     // Below that, rounding of a file's numbers is all there is.
     if !(sigma > noise_level::NOTHING && look.mean_edge > 0.0) {
@@ -109,6 +114,6 @@ pub(super) fn deltas(surface: &Surface, settings: &Map, progress: &dyn Progress)
     }
     let freedom = Freedom::of(surface, settings.boundary);
     let start = net.umbrella.smoothed(input, look.smoothing, &freedom, progress)?;
-    let run = Run { steps: settings.steps, ..Run::of(&net, &freedom, sigma, look.mean_edge) };
+    let run = Run { steps: settings.steps, held, ..Run::of(&net, &freedom, sigma, look.mean_edge) };
     Ok(net.without_folds(input, run.ways(input, &start, &settings.prior, progress)?, sigma))
 }

@@ -32,6 +32,10 @@ pub struct NoiseLevel {
     /// By how much more often than in white noise neighbours are off to the same side in the finest band: the share of the
     /// edges with equal signs minus that in noise. Detail of the surface makes it large.
     pub agreement: f64,
+    /// Deviation across the normal in each of two directions, from the median of the finest band: vertices lie unevenly, and
+    /// noise may push them sideways, by no more than that.
+    #[serde(default)]
+    pub across: f64,
     /// How lopsided the finest band is: (q₉₀ + q₁₀ − 2 q₅₀) / (q₉₀ − q₁₀) of its quantiles, −1..=1 and 0 for noise.
     pub skew: f64,
 }
@@ -66,10 +70,11 @@ impl Look {
         let (fine, tail) = deviations(&magnitudes(&heights));
         let agreement = finest.agreement(surface, &heights) - finest.agreement_of_noise(surface, net);
         let coarse = coarse(net, input, &normals, progress)?;
-        let [fine, tail, coarse] =
-            [fine, tail, coarse].map(|x| if mean_edge > 0.0 && x.is_finite() { x / mean_edge } else { 0.0 });
+        let across = median(finest.across(net, input, &normals)) / MEDIAN_OF_TWO;
+        let [fine, tail, coarse, across] =
+            [fine, tail, coarse, across].map(|x| if mean_edge > 0.0 && x.is_finite() { x / mean_edge } else { 0.0 });
         let skew = lopsided(heights);
-        Ok(Self { level: NoiseLevel { fine, tail, coarse, agreement, skew }, mean_edge, smoothing, normals })
+        Ok(Self { level: NoiseLevel { fine, tail, coarse, agreement, across, skew }, mean_edge, smoothing, normals })
     }
 }
 
@@ -91,6 +96,15 @@ impl NoiseLevel {
             Kind::Correlated => 1.5 * self.inflation() * white,
             Kind::None => white * (1.0 - self.detail(0.01)).sqrt(),
             Kind::Independent | Kind::Uneven => white,
+        }
+    }
+
+    /// How many times more the data hold vertices across the normals than along them, minus one. What the bands say of noise
+    /// that is not white is too uncertain for that.
+    pub(super) fn held(&self, kind: Kind) -> f64 {
+        match kind {
+            Kind::None | Kind::Correlated => 0.0,
+            Kind::Independent | Kind::Uneven => held(self.fine, self.across),
         }
     }
 
@@ -134,6 +148,13 @@ impl NoiseLevel {
         let explained = EXPLAINED * (self.excess() / self.fine).powi(2);
         self.fine > 0.0 && self.agreement < MARGIN && explained > self.agreement.max(0.0) + MARGIN
     }
+}
+
+/// The same for noise of these deviations along the normals and across them.
+pub(super) fn held(along: f64, across: f64) -> f64 {
+    // Normals are estimates: what lies across them has a part along the true ones.
+    const MOST: f64 = 15.0;
+    if across > 0.0 { ((along / across).powi(2) - 1.0).clamp(0.0, MOST) } else { MOST }
 }
 
 /// What noise looks like.
@@ -184,6 +205,16 @@ impl Finest {
         self.vertices.par_iter().map(one).collect()
     }
 
+    /// |U U x| across n over its gain, model units.
+    fn across(&self, net: &Net, x: &[DVec3], normals: &[DVec3]) -> Vec<f64> {
+        let once: Vec<DVec3> = (0..x.len()).into_par_iter().map(|v| net.umbrella.at(x, v)).collect();
+        let one = |&(v, gain): &(Index, f64)| {
+            let v = v as usize;
+            net.umbrella.at(&once, v).reject_from_normalized(normals[v]).length() / gain
+        };
+        self.vertices.par_iter().map(one).collect()
+    }
+
     /// Share of the edges whose ends have heights of one sign; 0 without any.
     fn agreement(&self, surface: &Surface, heights: &[f64]) -> f64 {
         let mut of_vertex = vec![0.0; surface.positions().len()];
@@ -213,6 +244,15 @@ fn deviations(absolute: &[f64]) -> (f64, f64) {
     sorted.sort_unstable_by(f64::total_cmp);
     let at = |share: f64| sorted.get((share * sorted.len() as f64) as usize).copied().unwrap_or(0.0);
     (1.4826 * at(0.5), at(0.9) / 1.6449)
+}
+
+/// Of the length of two Gaussians of deviation 1: √(2 ln 2).
+const MEDIAN_OF_TWO: f64 = 1.1774;
+
+/// 0 without any.
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// (q₉₀ + q₁₀ − 2 q₅₀) / (q₉₀ − q₁₀); 0 for too few values to tell.

@@ -90,6 +90,12 @@ pub const KNOBS: &[Knob] = &[
         "Standard deviation of the noise, mean edge lengths",
     ),
     knob(
+        "/noise_across",
+        "across",
+        Values::Number { least: 0.0, usual: 1.0, most: HUGE, measured: true },
+        "The same across the normals, at most",
+    ),
+    knob(
         "/kind",
         "noise kind",
         Values::Words { all: &["none", "independent", "uneven", "correlated"], measured: true },

@@ -37,8 +37,9 @@ pub enum Candidate {
 /// What a candidate does.
 pub(super) enum Way {
     Stay,
-    /// Solve (1 + m σ UᵀU / k) x = p with the uniform umbrella, k times; m in mean edges. With more passes the band that
-    /// stays has a sharper end.
+    /// S is to solve (1 + m σ UᵀU / k) x = p with the uniform umbrella, k times; m in mean edges. With more passes the band
+    /// that stays has a sharper end. S p + S (p − S p) gives back most of the shape that S has flattened (Tukey's twicing), and
+    /// the ways are shortened across the normals by as much as the data hold there.
     Linear {
         strength: f64,
         passes: u32,
@@ -91,10 +92,10 @@ impl Candidate {
             Self::Mixed => Way::Map(Prior::MIXED),
             Self::Detail => Way::Map(Prior::DETAIL),
             Self::Smooth => Way::Map(Prior::SMOOTH),
-            Self::LinearFaint => linear(8.0),
-            Self::LinearLight => linear(20.0),
-            Self::Linear => linear(50.0),
-            Self::LinearStrong => linear(120.0),
+            Self::LinearFaint => linear(16.0),
+            Self::LinearLight => linear(40.0),
+            Self::Linear => linear(100.0),
+            Self::LinearStrong => linear(240.0),
         }
     }
 
@@ -118,11 +119,21 @@ impl Candidate {
             Way::Stay => Ok(vec![DVec3::ZERO; input.len()]),
             Way::Linear { strength, passes } => {
                 let mu = strength * run.sigma / f64::from(passes);
-                let mut smoothed = input.to_vec();
-                for _ in 0..passes {
-                    smoothed = run.net.umbrella.smoothed(&smoothed, mu, run.freedom, progress)?;
-                }
-                Ok(smoothed.iter().zip(input).map(|(x, p)| *x - p).collect())
+                let smooth = |mut x: Vec<DVec3>| -> Result<Vec<DVec3>, Cancelled> {
+                    for _ in 0..passes {
+                        x = run.net.umbrella.smoothed(&x, mu, run.freedom, progress)?;
+                    }
+                    Ok(x)
+                };
+                let once = smooth(input.to_vec())?;
+                let left = smooth(input.iter().zip(&once).map(|(p, x)| *p - *x).collect())?;
+                let smoothed: Vec<DVec3> = once.iter().zip(left).map(|(x, left)| *x + left).collect();
+                let normals = run.net.vertex_normals(&smoothed);
+                let ways = smoothed.iter().zip(input).zip(normals).map(|((x, p), n)| {
+                    let across = (*x - *p).reject_from_normalized(n);
+                    *x - *p - across * (run.held / (1.0 + run.held))
+                });
+                Ok(ways.collect())
             }
             Way::Map(prior) => run.ways(input, start, &prior, progress),
         }

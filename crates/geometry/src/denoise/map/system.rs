@@ -45,6 +45,8 @@ pub(super) struct System<'a> {
     freedom: &'a Freedom,
     /// 1/σ²
     data: f64,
+    /// What is added to that across the normals.
+    held: f64,
     /// 10⁻³ λ
     ridge: f64,
     /// τ/σ²
@@ -88,6 +90,7 @@ impl<'a> System<'a> {
             net,
             freedom,
             data,
+            held: 0.0,
             ridge: 1e-3 * prior.strength,
             spread: prior.spread * data.min(UNEVEN.powi(-2)),
             vertex_normals: Vec::new(),
@@ -99,6 +102,11 @@ impl<'a> System<'a> {
             pulls: vec![[0.0; 3]; faces],
             bends: vec![DVec3::ZERO; vertices],
         }
+    }
+
+    /// Weight of the data across the normals beyond that along them, for the rounds to come.
+    pub(super) fn hold(&mut self, held: f64) {
+        self.held = held;
     }
 
     /// Moves `way` and `shapes` towards the solution.
@@ -165,7 +173,8 @@ impl<'a> System<'a> {
     fn condition(&mut self, linear: &Linear, sides: &Sides) {
         let net = self.net;
         let weight = |f: Index| sides.all[net.sides.range(f)].iter().map(|side| side.turn).sum::<f64>();
-        let (data, spread, ridge) = (self.data, self.spread, self.ridge);
+        // Two of three directions lie across the normal.
+        let (data, spread, ridge) = (self.data + 0.67 * self.held, self.spread, self.ridge);
         self.vertices.par_iter_mut().enumerate().with_min_len(RUN).for_each(|(v, row)| {
             let turning = net
                 .corners
@@ -240,12 +249,13 @@ impl<'a> System<'a> {
 
     /// Product at the vertices from pulls, bends and the data term of `x`. Gives its inner product with x.
     fn gather(&mut self, linear: &Linear, x: &[DVec3]) -> f64 {
-        let Self { net, freedom, data, vertices, pulls, bends, .. } = self;
+        let Self { net, freedom, data, held, vertex_normals, vertices, pulls, bends, .. } = self;
         let run = |(run, rows): (usize, &mut [Row<DVec3>])| {
             let mut inner = 0.0;
             for (i, row) in rows.iter_mut().enumerate() {
                 let v = run * RUN + i;
-                let mut product = *data * x[v] + net.umbrella.transposed_at(bends, v);
+                let across = x[v].reject_from_normalized(vertex_normals[v]);
+                let mut product = *data * x[v] + *held * across + net.umbrella.transposed_at(bends, v);
                 for &(f, k) in net.corners.get(v as Index) {
                     product += pulls[f as usize][usize::from(k)] * linear.normals[f as usize];
                 }
