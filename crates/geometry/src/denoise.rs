@@ -142,14 +142,28 @@ impl Denoiser {
             let (free, choice) = self.freed().run(surface, progress)?;
             return Ok((Along::best(surface, &free, progress)?.0.deltas(), choice));
         }
-        match self {
-            Self::Auto(settings) => {
-                progress.stage("denoising");
-                let (deltas, choice) = auto::choose(surface, settings, progress)?;
-                Ok((deltas, Some(choice)))
-            }
-            _ => Ok((self.deltas(surface, progress)?, None)),
-        }
+        progress.stage("denoising");
+        // From a thread outside the pool each parallel loop would be handed over and waited for asleep.
+        rayon::scope(|_| {
+            let deltas = match self {
+                Self::Laplacian(settings) => laplacian::deltas(surface, settings, progress),
+                Self::Taubin(settings) => taubin::deltas(surface, settings, progress),
+                Self::Hc(settings) => hc::deltas(surface, settings, progress),
+                Self::Implicit(settings) => implicit::deltas(surface, settings, progress),
+                Self::Bilateral(settings) => bilateral::deltas(surface, settings, progress),
+                Self::Sun(settings) => sun::deltas(surface, settings, progress),
+                Self::BilateralNormals(settings) => bilateral_normals::deltas(surface, settings, progress),
+                Self::GuidedNormals(settings) => guided_normals::deltas(surface, settings, progress),
+                Self::L0(settings) => l0::deltas(surface, settings, progress),
+                Self::TgvNormals(settings) => tgv_normals::deltas(surface, settings, progress),
+                Self::Map(settings) => map::deltas(surface, settings, progress),
+                Self::Auto(settings) => {
+                    let (deltas, choice) = auto::choose(surface, settings, progress)?;
+                    return Ok((deltas, Some(choice)));
+                }
+            };
+            Ok((deltas?, None))
+        })
     }
     /// Where its vertices may go; none where it says nothing of it.
     pub fn motion(&self) -> Option<Motion> {
@@ -184,24 +198,7 @@ impl Denoiser {
     }
     /// δᵢ = pᵢ − p*ᵢ, from the denoised place to the vertex. #V×3, model units; zero where a vertex stays.
     pub fn deltas(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
-        if self.motion() == Some(Motion::AlongNormal) {
-            return Ok(self.run(surface, progress)?.0);
-        }
-        progress.stage("denoising");
-        match self {
-            Self::Laplacian(settings) => laplacian::deltas(surface, settings, progress),
-            Self::Taubin(settings) => taubin::deltas(surface, settings, progress),
-            Self::Hc(settings) => hc::deltas(surface, settings, progress),
-            Self::Implicit(settings) => implicit::deltas(surface, settings, progress),
-            Self::Bilateral(settings) => bilateral::deltas(surface, settings, progress),
-            Self::Sun(settings) => sun::deltas(surface, settings, progress),
-            Self::BilateralNormals(settings) => bilateral_normals::deltas(surface, settings, progress),
-            Self::GuidedNormals(settings) => guided_normals::deltas(surface, settings, progress),
-            Self::L0(settings) => l0::deltas(surface, settings, progress),
-            Self::TgvNormals(settings) => tgv_normals::deltas(surface, settings, progress),
-            Self::Map(settings) => map::deltas(surface, settings, progress),
-            Self::Auto(settings) => Ok(auto::choose(surface, settings, progress)?.0),
-        }
+        Ok(self.run(surface, progress)?.0)
     }
     /// p*ᵢ = pᵢ − δᵢ. #V×3, model units.
     pub fn denoised(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
