@@ -33,32 +33,23 @@ impl Csr {
     pub fn rows(&self) -> impl ExactSizeIterator<Item = &[(Index, f64)]> {
         self.rows.iter()
     }
-    /// What each row has in its own column; 0 where that is empty.
-    pub fn diagonal(&self) -> Vec<f64> {
-        let own =
-            |(i, row): (Index, &[(Index, f64)])| row.iter().find(|entry| entry.0 == i).map_or(0.0, |entry| entry.1);
-        (0..).zip(self.rows.iter()).map(own).collect()
-    }
     /// The same matrix with other values.
     pub fn map_rows(&self, row: impl Fn(&[(Index, f64)]) -> Vec<(Index, f64)>) -> Self {
         Self { rows: self.rows.iter().map(row).collect() }
+    }
+    /// Row `i` times a column.
+    #[inline]
+    pub fn row_times<T>(&self, i: usize, x: &[T]) -> T
+    where
+        T: Copy + Default + Add<Output = T> + Mul<f64, Output = T>,
+    {
+        self.row(i as Index).iter().fold(T::default(), |sum, &(j, w)| sum + x[j as usize] * w)
     }
     /// Matrix times a column of numbers or vectors.
     pub fn times<T>(&self, x: &[T]) -> Vec<T>
     where
         T: Copy + Default + Send + Sync + Add<Output = T> + Mul<f64, Output = T>,
     {
-        let mut out = vec![T::default(); self.rows.len()];
-        self.times_into(x, &mut out);
-        out
-    }
-    /// The same into a column that is there.
-    pub fn times_into<T>(&self, x: &[T], out: &mut [T])
-    where
-        T: Copy + Default + Send + Sync + Add<Output = T> + Mul<f64, Output = T>,
-    {
-        out.par_iter_mut().enumerate().with_min_len(1024).for_each(|(i, out)| {
-            *out = self.row(i as Index).iter().fold(T::default(), |sum, &(j, w)| sum + x[j as usize] * w);
-        });
+        (0..self.rows.len()).into_par_iter().with_min_len(1024).map(|i| self.row_times(i, x)).collect()
     }
 }

@@ -10,7 +10,7 @@
 //! the code that the figures in the literature come from.
 
 use super::Boundary;
-use super::conjugate_gradients::{Solve, solve};
+use super::conjugate_gradients::{Solve, by_rows, solve};
 use super::faces::{Faces, Shapes, filter};
 use super::vertex_update::{Updater, VertexUpdate};
 use crate::progress::{Cancelled, Progress};
@@ -165,12 +165,12 @@ fn global(
     let matrix = Csr::from_triplets(count, triplets.iter().copied());
     let transposed = Csr::from_triplets(count, triplets.iter().map(|&(f, g, w)| (g, f, w)));
     let squares = |f: usize| transposed.row(f as Index).iter().map(|e| e.1 * e.1).sum::<f64>();
-    let diagonal = (0..count).map(|f| (1.0 - smoothness) * squares(f) + smoothness).collect();
-    let system = |x: &[DVec3], out: &mut Vec<DVec3>| {
-        *out = transposed.times(&matrix.times(x));
-        out.par_iter_mut().zip(x).for_each(|(out, x)| *out = (1.0 - smoothness) * *out + smoothness * *x);
+    let diagonal: Vec<f64> = (0..count).map(|f| (1.0 - smoothness) * squares(f) + smoothness).collect();
+    let system = |x: &[DVec3], out: &mut [DVec3]| {
+        let away = matrix.times(x);
+        by_rows(x, out, |f| (1.0 - smoothness) * transposed.row_times(f, &away) + smoothness * x[f])
     };
     let right: Vec<DVec3> = normals.iter().map(|n| smoothness * *n).collect();
-    let solution = solve(system, diagonal, &right, normals.to_vec(), Solve::default(), progress)?;
+    let solution = solve(system, &diagonal, &right, normals.to_vec(), Solve::default(), progress)?;
     Ok(solution.iter().zip(normals).map(|(x, n)| x.try_normalize().unwrap_or(*n)).collect())
 }

@@ -10,7 +10,7 @@
 //! published code averages the signed angles, which cancel, and so takes almost no λ.)
 
 use super::Boundary;
-use super::conjugate_gradients::{Solve, solve};
+use super::conjugate_gradients::{Solve, by_rows, solve};
 use super::faces::{Faces, Shapes};
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::{Index, Ragged};
@@ -91,13 +91,10 @@ pub(super) fn deltas(surface: &Surface, settings: &L0, progress: &dyn Progress) 
             .map(|v| if fixed[v] { DVec3::ZERO } else { -edges.gathered(&missing, v) })
             .collect();
         matrix.assemble(&edges, alpha, beta);
-        let system = |x: &[DVec3], out: &mut Vec<DVec3>| {
-            out.par_iter_mut().enumerate().with_min_len(512).for_each(|(v, out)| {
-                *out = if fixed[v] { x[v] } else { matrix.times(v, x) };
-            });
-        };
+        let system =
+            |x: &[DVec3], out: &mut [DVec3]| by_rows(x, out, |v| if fixed[v] { x[v] } else { matrix.times(v, x) });
         let limits = Solve { tolerance: 1e-4, steps: 1000 };
-        way = solve(system, matrix.diagonal(), &right, way, limits, progress)?;
+        way = solve(system, &matrix.diagonal(), &right, way, limits, progress)?;
         positions.par_iter_mut().zip(input).zip(&way).for_each(|((x, p), way)| *x = *p + *way);
         shapes.measure(&faces, &positions);
         beta *= settings.beta_growth;
@@ -249,6 +246,7 @@ impl Matrix {
     }
 
     /// Row `v` times `x`.
+    #[inline]
     fn times(&self, v: usize, x: &[DVec3]) -> DVec3 {
         let row = self.columns.range(v as Index);
         let entries = self.columns.items()[row.clone()].iter().zip(&self.values[row]);

@@ -12,12 +12,11 @@
 //! angle of the input, so that more noise is given more smoothing. wₑ = exp(−|∇N|⁴) lets creases stand.
 
 use super::Boundary;
-use super::conjugate_gradients::{Solve, solve};
+use super::conjugate_gradients::{Solve, Solver, by_rows};
 use super::faces::{Faces, Shapes};
 use super::vertex_update::{Updater, VertexUpdate};
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::{Index, Ragged};
-use crate::sparse::Csr;
 use crate::surface::Surface;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -68,8 +67,11 @@ pub(super) fn deltas(
 /// Penalty of the splitting, times γ.
 const PENALTY: f64 = 2.0;
 
-/// Inner systems need not be solved to the end, since they change in each round.
-const INNER: Solve = Solve { tolerance: 1e-3, steps: 20 };
+/// Inner systems need not be solved to the end, since each round starts from the solution of the last.
+const INNER: Solve = Solve { tolerance: 1e-2, steps: 20 };
+
+/// Items that a thread treats at least.
+const RUN: usize = 1024;
 
 /// The filtered normals. #T×3
 fn filtered(
@@ -79,60 +81,126 @@ fn filtered(
     bend: f64,
     progress: &dyn Progress,
 ) -> Result<Vec<DVec3>, Cancelled> {
+    let Operators { areas, edge_faces, edge_lengths, divergence, lines, at_edges } = operators;
     let (fidelity, penalty) = (settings.fidelity / bend, PENALTY / bend);
-    let (edges, lines) = (operators.edge_faces.len(), operators.lines.len());
-    let of_normals = operators.of_normals([fidelity, penalty]);
+    let of_normals = operators.of_normals(fidelity / penalty);
     let of_field = operators.of_field();
+    let mut normals_solver = Solver::new(&of_normals.diagonal);
+    let mut field_solver = Solver::new(&of_field.diagonal);
     let mut normals = input.to_vec();
-    let mut v = vec![DVec3::ZERO; edges];
-    // What stands for ∇N − v and for E v, and the scaled multipliers.
-    let (mut jumps, mut jump_duals) = (vec![DVec3::ZERO; edges], vec![DVec3::ZERO; edges]);
-    let (mut bends, mut bend_duals) = (vec![DVec3::ZERO; lines], vec![DVec3::ZERO; lines]);
-    let mut room = vec![DVec3::ZERO; lines];
+    // The same before they are made unit: the next solution is near to these.
+    let mut free = input.to_vec();
+    let mut v = vec![DVec3::ZERO; edge_faces.len()];
+    // Of ∇N − v and of E v.
+    let mut jumps = vec![Split::default(); edge_faces.len()];
+    let mut bends = vec![Split::default(); lines.len()];
     for done in 1..=settings.iterations {
         progress.check()?;
-        let wanted: Vec<DVec3> = (0..edges).into_par_iter().map(|e| v[e] + jumps[e] - jump_duals[e]).collect();
-        normals = operators.solve_normals(&of_normals, &wanted, input, normals, [fidelity, penalty], progress)?;
-        normals.par_iter_mut().zip(input).for_each(|(n, n0)| *n = n.try_normalize().unwrap_or(*n0));
-        let gradient = operators.gradient(&normals);
-        let near: Vec<DVec3> = (0..edges).into_par_iter().map(|e| gradient[e] - jumps[e] + jump_duals[e]).collect();
-        let wanted: Vec<DVec3> = (0..lines).into_par_iter().map(|l| bends[l] - bend_duals[l]).collect();
-        v = operators.solve_field(&of_field, &near, &wanted, v, progress)?;
-        jumps.par_iter_mut().zip(&mut jump_duals).enumerate().for_each(|(e, (jump, dual))| {
-            let z = gradient[e] - v[e] + *dual;
-            let weight = (-gradient[e].length_squared().powi(2)).exp();
-            *jump = shrunk(z, weight / penalty);
-            *dual = z - *jump;
+        // argmin_N β A |N − N⁰|² + r l |∇N − v − jump|²
+        let sides = |x: &[DVec3], f: usize| {
+            let own = fidelity / penalty * areas[f] * input[f];
+            [own + divergence[f].times(|e| v[e] + jumps[e].target()), of_normals.times(f, x)]
+        };
+        let system = |x: &[DVec3], out: &mut [DVec3]| by_rows(x, out, |f| of_normals.times(f, x));
+        normals_solver.solve(system, &mut free, sides, INNER, progress)?;
+        let slots = normals.par_iter_mut().zip(&free).zip(input).with_min_len(RUN);
+        slots.for_each(|((n, free), n0)| *n = free.try_normalize().unwrap_or(*n0));
+        // argmin_v l |∇N − v − jump|² + l |E v − bend|²
+        let gradient = |e: usize| {
+            let [f, g] = edge_faces[e];
+            normals[f as usize] - normals[g as usize]
+        };
+        let sides = |x: &[DVec3], e: usize| {
+            let own = edge_lengths[e] * (gradient(e) - jumps[e].target());
+            [own + at_edges[e].times(|l| bends[l].target()), of_field.times(e, x)]
+        };
+        let system = |x: &[DVec3], out: &mut [DVec3]| by_rows(x, out, |e| of_field.times(e, x));
+        field_solver.solve(system, &mut v, sides, INNER, progress)?;
+        jumps.par_iter_mut().enumerate().with_min_len(RUN).for_each(|(e, jump)| {
+            let gradient = gradient(e);
+            let weight = (-gradient.length_squared().powi(2)).exp();
+            jump.update(gradient - v[e], weight / penalty);
         });
-        operators.second_differences(&v, &mut room);
-        bends.par_iter_mut().zip(&mut bend_duals).zip(&room).for_each(|((bend, dual), ev)| {
-            let z = *ev + *dual;
-            *bend = shrunk(z, settings.second_order / penalty);
-            *dual = z - *bend;
+        bends.par_iter_mut().zip(lines).with_min_len(RUN).for_each(|(bend, line)| {
+            bend.update(line.times(|e| v[e]), settings.second_order / penalty);
         });
         progress.done(f64::from(done) / f64::from(settings.iterations) * 0.8);
     }
     Ok(normals)
 }
 
-/// argmin_y |y| · by + |y − x|² / 2
-fn shrunk(x: DVec3, by: f64) -> DVec3 {
-    let length = x.length();
-    if length > by { x * ((length - by) / length) } else { DVec3::ZERO }
+/// What stands for an expression in its norm, and the scaled multiplier of the two being equal. Their sum is all there is
+/// to keep, since the first is the sum shrunk.
+#[derive(Clone, Copy, Default)]
+struct Split {
+    sum: DVec3,
+    threshold: f64,
 }
 
-/// ∇ and E with their weights; lengths in mean edges.
+impl Split {
+    /// argmin_y |y| · threshold + |y − sum|² / 2
+    fn part(&self) -> DVec3 {
+        let squared = self.sum.length_squared();
+        let by = self.threshold;
+        if squared > by * by { self.sum * (1.0 - by / squared.sqrt()) } else { DVec3::ZERO }
+    }
+
+    /// What the expression is to be near to: the part less the multiplier.
+    fn target(&self) -> DVec3 {
+        2.0 * self.part() - self.sum
+    }
+
+    fn update(&mut self, expression: DVec3, threshold: f64) {
+        self.sum += expression - self.part();
+        self.threshold = threshold;
+    }
+}
+
+/// Row of a matrix with that many entries at most; those that are missing are 0.
+#[derive(Clone, Copy)]
+struct Row<const N: usize> {
+    columns: [Index; N],
+    values: [f64; N],
+}
+
+impl<const N: usize> Row<N> {
+    fn of(entries: impl IntoIterator<Item = (Index, f64)>) -> Self {
+        let mut row = Self { columns: [0; N], values: [0.0; N] };
+        let slots = row.columns.iter_mut().zip(&mut row.values);
+        slots.zip(entries).for_each(|((column, value), entry)| (*column, *value) = entry);
+        row
+    }
+
+    fn times(&self, x: impl Fn(usize) -> DVec3) -> DVec3 {
+        self.columns.iter().zip(self.values).fold(DVec3::ZERO, |sum, (&j, w)| sum + w * x(j as usize))
+    }
+}
+
+/// Square matrix with that many entries beside the diagonal in each row.
+struct Matrix<const N: usize> {
+    diagonal: Vec<f64>,
+    others: Vec<Row<N>>,
+}
+
+impl<const N: usize> Matrix<N> {
+    /// Row `i` times `x`.
+    fn times(&self, i: usize, x: &[DVec3]) -> DVec3 {
+        self.others[i].times(|j| x[j]) + self.diagonal[i] * x[i]
+    }
+}
+
+/// ∇ and E, and their adjoints with the weights; lengths in mean edges.
 struct Operators {
     areas: Vec<f64>,
     /// First minus second is the gradient.
     edge_faces: Vec<[Index; 2]>,
     edge_lengths: Vec<f64>,
-    /// Edges of each face, and the sign of the face there.
-    face_edges: Ragged<(Index, f64)>,
-    /// Two edges with their signs, and the length.
-    lines: Vec<([(Index, f64); 2], f64)>,
-    /// Lines at each edge, and its sign there.
-    edge_lines: Ragged<(Index, f64)>,
+    /// ∇ᵀ l. #T×#E
+    divergence: Vec<Row<3>>,
+    /// E: three lines for each face, one opposite to each side; empty where a side has no other face. #L×#E
+    lines: Vec<Row<2>>,
+    /// Eᵀ l. #E×#L
+    at_edges: Vec<Row<4>>,
 }
 
 impl Operators {
@@ -141,114 +209,66 @@ impl Operators {
         let length = |&[a, b]: &[Index; 2]| positions[a as usize].distance(positions[b as usize]);
         let total: f64 = faces.pair_edges.iter().map(length).sum();
         let unit = if total > 0.0 { total / faces.pair_edges.len() as f64 } else { 1.0 };
+        // Faces without area and edges without length would have no equation.
+        let areas = shapes.areas.iter().map(|area| (area / (unit * unit)).max(1e-9)).collect();
+        let edge_lengths: Vec<f64> = faces.pair_edges.iter().map(|ends| (length(ends) / unit).max(1e-9)).collect();
         let sides = (0..).zip(&faces.pairs).flat_map(|(e, &[f, g])| [(f, (e, 1.0)), (g, (e, -1.0))]);
-        let face_edges: Ragged<(Index, f64)> = Ragged::group(faces.len(), sides);
-        let mut lines = Vec::with_capacity(3 * faces.len());
-        for f in 0..faces.len() as Index {
-            let own = face_edges.get(f);
-            for (k, &first) in own.iter().enumerate() {
-                for &second in &own[k + 1..] {
-                    let [[a, b], [c, d]] = [first, second].map(|side| faces.pair_edges[side.0 as usize]);
-                    let shared = if a == c || a == d { a } else { b };
-                    let length = shapes.centroids[f as usize].distance(positions[shared as usize]) / unit;
-                    lines.push(([first, second], length));
-                }
-            }
-        }
-        let at = (0..).zip(&lines).flat_map(|(l, (ends, _))| ends.map(|(e, sign)| (e, (l, sign))));
-        let edge_lines = Ragged::group(faces.pairs.len(), at);
-        Self {
-            areas: shapes.areas.iter().map(|area| area / (unit * unit)).collect(),
-            edge_faces: faces.pairs.clone(),
-            edge_lengths: faces.pair_edges.iter().map(|ends| length(ends) / unit).collect(),
-            face_edges,
-            lines,
-            edge_lines,
-        }
-    }
-
-    /// ∇N. #E×3
-    fn gradient(&self, normals: &[DVec3]) -> Vec<DVec3> {
-        self.edge_faces.par_iter().map(|&[f, g]| normals[f as usize] - normals[g as usize]).collect()
-    }
-
-    /// E v. #L×3
-    fn second_differences(&self, v: &[DVec3], out: &mut [DVec3]) {
-        out.par_iter_mut().zip(&self.lines).with_min_len(2048).for_each(|(out, ([(d, s), (e, t)], _))| {
-            *out = *s * v[*d as usize] + *t * v[*e as usize];
-        });
-    }
-
-    /// A face without area or neighbours would have no equation.
-    fn own(&self, face: usize, fidelity: f64) -> f64 {
-        fidelity * self.areas[face].max(1e-9)
-    }
-
-    /// Edges without length would have no equation either.
-    fn own_of_edge(&self, edge: usize) -> f64 {
-        self.edge_lengths[edge].max(1e-9)
-    }
-
-    /// β A + r ∇ᵀ l ∇. #T×T
-    fn of_normals(&self, [fidelity, penalty]: [f64; 2]) -> Csr {
-        let own = (0..self.areas.len()).map(|f| (f as Index, f as Index, self.own(f, fidelity)));
-        let sides = self.edge_faces.iter().zip(&self.edge_lengths).flat_map(move |(&[f, g], length)| {
-            let w = penalty * length;
-            [(f, f, w), (g, g, w), (f, g, -w), (g, f, -w)]
-        });
-        Csr::from_triplets(self.areas.len(), own.chain(sides))
-    }
-
-    /// l + Eᵀ l E. #E×E
-    fn of_field(&self) -> Csr {
-        let own = (0..self.edge_lengths.len()).map(|e| (e as Index, e as Index, self.own_of_edge(e)));
-        let ends = self
-            .lines
-            .iter()
-            .flat_map(|&([(d, s), (e, t)], w)| [(d, d, w), (e, e, w), (d, e, w * s * t), (e, d, w * s * t)]);
-        Csr::from_triplets(self.edge_lengths.len(), own.chain(ends))
-    }
-
-    /// argmin_N β/2 Σ A |N − N⁰|² + r/2 Σ l |∇N − wanted|²
-    fn solve_normals(
-        &self,
-        matrix: &Csr,
-        wanted: &[DVec3],
-        input: &[DVec3],
-        guess: Vec<DVec3>,
-        [fidelity, penalty]: [f64; 2],
-        progress: &dyn Progress,
-    ) -> Result<Vec<DVec3>, Cancelled> {
-        let right = |f: usize| {
-            let sides = self.face_edges.get(f as Index).iter();
-            sides.fold(self.own(f, fidelity) * input[f], |sum, &(e, sign)| {
-                sum + penalty * self.edge_lengths[e as usize] * sign * wanted[e as usize]
-            })
+        // Edges of each face, and the sign of the face there.
+        let sides: Ragged<(Index, f64)> = Ragged::group(faces.len(), sides);
+        let weighted = |&(e, sign): &(Index, f64)| (e, sign * edge_lengths[e as usize]);
+        let divergence = sides.iter().map(|own| Row::of(own.iter().map(weighted))).collect();
+        let line = |l: usize| {
+            let own = sides.get((l / 3) as Index);
+            let [Some(first), Some(second)] = [l + 1, l + 2].map(|k| own.get(k % 3)) else {
+                return (Row::of([]), 0.0);
+            };
+            let [[a, b], [c, d]] = [first, second].map(|side| faces.pair_edges[side.0 as usize]);
+            let shared = if a == c || a == d { a } else { b };
+            let length = shapes.centroids[l / 3].distance(positions[shared as usize]) / unit;
+            (Row::of([*first, *second]), length)
         };
-        let right: Vec<DVec3> = (0..input.len()).into_par_iter().map(right).collect();
-        let system = |x: &[DVec3], out: &mut Vec<DVec3>| matrix.times_into(x, out);
-        solve(system, matrix.diagonal(), &right, guess, INNER, progress)
+        let (lines, line_lengths): (Vec<_>, Vec<_>) = (0..3 * faces.len()).into_par_iter().map(line).unzip();
+        let at_edge = |e: usize| {
+            Row::of(faces.pairs[e].into_iter().flat_map(|f| {
+                let near = (3 * f..3 * f + 3).map(|l| (l, lines[l as usize]));
+                near.map(|(l, line): (Index, Row<2>)| {
+                    let of_edge = line.columns.iter().zip(line.values).find(|(column, _)| **column == e as Index);
+                    (l, of_edge.map_or(0.0, |(_, sign)| sign * line_lengths[l as usize]))
+                })
+                .filter(|(_, weight)| *weight != 0.0)
+            }))
+        };
+        let at_edges = (0..faces.pairs.len()).into_par_iter().map(at_edge).collect();
+        Self { areas, edge_faces: faces.pairs.clone(), edge_lengths, divergence, lines, at_edges }
     }
 
-    /// argmin_v Σ l |v − near|² + Σ l |E v − wanted|²
-    fn solve_field(
-        &self,
-        matrix: &Csr,
-        near: &[DVec3],
-        wanted: &[DVec3],
-        guess: Vec<DVec3>,
-        progress: &dyn Progress,
-    ) -> Result<Vec<DVec3>, Cancelled> {
-        let adjoint = |of_lines: &[DVec3], e: usize| {
-            self.edge_lines
-                .get(e as Index)
-                .iter()
-                .fold(DVec3::ZERO, |sum, &(l, sign)| sum + self.lines[l as usize].1 * sign * of_lines[l as usize])
+    /// κ A + ∇ᵀ l ∇. #T×#T
+    fn of_normals(&self, fidelity: f64) -> Matrix<3> {
+        let row = |(f, sides): (usize, &Row<3>)| {
+            let own = fidelity * self.areas[f] + sides.values.iter().map(|w| w.abs()).sum::<f64>();
+            let others = sides.columns.iter().zip(sides.values).filter(|side| side.1 != 0.0).map(|(&e, w)| {
+                let pair = self.edge_faces[e as usize];
+                (pair[usize::from(w > 0.0)], -w.abs())
+            });
+            (own, Row::of(others))
         };
-        let right: Vec<DVec3> =
-            (0..near.len()).into_par_iter().map(|e| self.own_of_edge(e) * near[e] + adjoint(wanted, e)).collect();
-        let system = |x: &[DVec3], out: &mut Vec<DVec3>| matrix.times_into(x, out);
-        solve(system, matrix.diagonal(), &right, guess, INNER, progress)
+        let (diagonal, others) = self.divergence.par_iter().enumerate().map(row).unzip();
+        Matrix { diagonal, others }
+    }
+
+    /// l + Eᵀ l E. #E×#E
+    fn of_field(&self) -> Matrix<4> {
+        let row = |(e, at): (usize, &Row<4>)| {
+            let own = self.edge_lengths[e] + at.values.iter().map(|w| w.abs()).sum::<f64>();
+            let others = at.columns.iter().zip(at.values).filter(|line| line.1 != 0.0).map(|(&l, w)| {
+                let line = self.lines[l as usize];
+                let other = usize::from(line.columns[0] == e as Index);
+                (line.columns[other], w * line.values[other])
+            });
+            (own, Row::of(others))
+        };
+        let (diagonal, others) = self.at_edges.par_iter().enumerate().map(row).unzip();
+        Matrix { diagonal, others }
     }
 }
 
@@ -265,14 +285,16 @@ mod tests {
         let operators = Operators::of(&faces, &sphere, &shapes);
         // Three corners of each face, none at a boundary.
         assert_eq!(operators.lines.len(), 3 * faces.len());
-        let mut out = vec![DVec3::ZERO; operators.lines.len()];
-        operators.second_differences(&operators.gradient(&shapes.normals), &mut out);
-        for (([d, e], _), found) in operators.lines.iter().zip(out) {
-            let [[f, g], [h, i]] = [d, e].map(|side| operators.edge_faces[side.0 as usize]);
+        let gradient = |e: usize| {
+            let [f, g] = operators.edge_faces[e];
+            shapes.normals[f as usize] - shapes.normals[g as usize]
+        };
+        for line in &operators.lines {
+            let [[f, g], [h, i]] = line.columns.map(|e| operators.edge_faces[e as usize]);
             let centre = if f == h || f == i { f } else { g };
             let others = [f, g, h, i].into_iter().filter(|face| *face != centre);
             let expected = others.fold(2.0 * shapes.normals[centre as usize], |s, g| s - shapes.normals[g as usize]);
-            assert!(found.distance(expected) < 1e-15);
+            assert!(line.times(gradient).distance(expected) < 1e-15);
         }
     }
 }

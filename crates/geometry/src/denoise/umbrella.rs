@@ -4,7 +4,7 @@
 //! the row counts half; where those are not two, the row is zero and the vertex is held by its data alone.
 
 use super::Boundary;
-use super::conjugate_gradients::{Solve, solve};
+use super::conjugate_gradients::{RUN, Solve, by_rows, solve};
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
 use crate::sparse::Csr;
@@ -12,9 +12,6 @@ use crate::surface::Surface;
 use crate::topology::EdgeKind;
 use glam::DVec3;
 use rayon::prelude::*;
-
-/// Vertices that a thread treats at a time.
-const RUN: usize = 1024;
 
 /// U and its transpose.
 pub(super) struct Umbrella {
@@ -58,12 +55,12 @@ impl Umbrella {
 
     /// (U x)ᵥ
     pub(super) fn at(&self, x: &[DVec3], v: usize) -> DVec3 {
-        product(&self.rows, x, v)
+        self.rows.row_times(v, x)
     }
 
     /// (Uᵀ y)ᵥ
     pub(super) fn transposed_at(&self, y: &[DVec3], v: usize) -> DVec3 {
-        product(&self.columns, y, v)
+        self.columns.row_times(v, y)
     }
 
     /// x of (1 + μ UᵀU) x = x⁰. #V×3, model units.
@@ -75,11 +72,9 @@ impl Umbrella {
         progress: &dyn Progress,
     ) -> Result<Vec<DVec3>, Cancelled> {
         let mut bent = vec![DVec3::ZERO; x.len()];
-        let mut product = |x: &[DVec3], out: &mut Vec<DVec3>, identity: f64| {
+        let mut product = |x: &[DVec3], out: &mut [DVec3], identity: f64| {
             bent.par_iter_mut().enumerate().with_min_len(RUN).for_each(|(v, bent)| *bent = mu * self.at(x, v));
-            out.par_iter_mut().enumerate().with_min_len(RUN).for_each(|(v, out)| {
-                *out = freedom.projected(v, identity * x[v] + self.transposed_at(&bent, v));
-            });
+            by_rows(x, out, |v| freedom.projected(v, identity * x[v] + self.transposed_at(&bent, v)))
         };
         // The solution is found as a way from the input, which does not depend on where the origin is.
         let mut right = vec![DVec3::ZERO; x.len()];
@@ -88,13 +83,9 @@ impl Umbrella {
         let limits = Solve { tolerance: 1e-4, steps: 100 };
         let guess = vec![DVec3::ZERO; x.len()];
         let ones = vec![1.0; x.len()];
-        let way = solve(|w, out| product(w, out, 1.0), ones, &right, guess, limits, progress)?;
+        let way = solve(|w, out| product(w, out, 1.0), &ones, &right, guess, limits, progress)?;
         Ok(x.iter().zip(way).map(|(x, way)| *x + way).collect())
     }
-}
-
-fn product(matrix: &Csr, x: &[DVec3], row: usize) -> DVec3 {
-    matrix.row(row as Index).iter().fold(DVec3::ZERO, |sum, &(j, w)| sum + w * x[j as usize])
 }
 
 /// Which vertices may go.

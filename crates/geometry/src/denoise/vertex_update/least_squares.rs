@@ -4,7 +4,7 @@
 //! Σ_f Σ_{i∈f} (n_f · (c_f − xᵢ))², whose descent Sun et al. 2007 take steps of. With one unknown for each vertex,
 //! xᵢ = pᵢ − hᵢ dᵢ, the same system is solved in the space that the directions d span.
 
-use crate::denoise::conjugate_gradients::{Solve, solve};
+use crate::denoise::conjugate_gradients::{Solve, by_rows, solve};
 use crate::denoise::faces::Faces;
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
@@ -68,19 +68,18 @@ impl System<'_> {
             None => w + around(v).map(|f| self.normals[f].length_squared()).sum::<f64>() * 2.0 / 9.0,
             Some(along) => w + around(v).map(|f| self.normals[f].dot(along[v]).powi(2)).sum::<f64>() * 2.0 / 3.0,
         };
-        let diagonal = indices().map(stiffness).collect();
-        let system = |x: &[DVec3], out: &mut Vec<DVec3>| {
+        let diagonal: Vec<f64> = indices().map(stiffness).collect();
+        let system = |x: &[DVec3], out: &mut [DVec3]| {
             measure(x, &mut means);
-            let means = &means;
-            out.par_iter_mut().enumerate().with_min_len(1024).for_each(|(v, out)| {
+            by_rows(x, out, |v| {
                 let sum = around(v).fold(w * x[v], |sum, f| {
                     let n = self.normals[f];
                     sum + n * (n.dot(x[v]) - means[f])
                 });
-                *out = allowed(v, sum);
-            });
+                allowed(v, sum)
+            })
         };
-        let ways = solve(system, diagonal, &right, vec![DVec3::ZERO; start.len()], ENOUGH, progress)?;
+        let ways = solve(system, &diagonal, &right, vec![DVec3::ZERO; start.len()], ENOUGH, progress)?;
         Ok(start.iter().zip(ways).map(|(p, way)| *p + way).collect())
     }
 }
