@@ -38,6 +38,7 @@ impl Csr {
         Self { rows: self.rows.iter().map(row).collect() }
     }
     /// Row `i` times a column.
+    #[inline]
     pub fn row_times<T>(&self, i: usize, x: &[T]) -> T
     where
         T: Copy + Default + Add<Output = T> + Mul<f64, Output = T>,

@@ -40,7 +40,7 @@ impl Default for TgvNormals {
     /// What is good on parts with sharp edges and curved faces.
     fn default() -> Self {
         let vertex_update = VertexUpdate::paper(20, Boundary::Free).held();
-        Self { iterations: 25, fidelity: 0.7, second_order: 0.4, vertex_update }
+        Self { iterations: 40, fidelity: 0.7, second_order: 0.4, vertex_update }
     }
 }
 
@@ -65,14 +65,9 @@ pub(super) fn deltas(
 }
 
 /// Penalty of the splitting, times γ.
-const PENALTY: f64 = 1.5;
+const PENALTY: f64 = 2.0;
 
-/// Over-relaxation: each round goes farther than its solution, so that fewer do. Stephen Boyd, Neal Parikh,
-/// Eric Chu, Borja Peleato, Jonathan Eckstein. Distributed optimization and statistical learning via the alternating
-/// direction method of multipliers. 2011, section 3.4.3.
-const RELAXATION: f64 = 1.5;
-
-/// Inner systems need not be solved to the end, since they change in each round.
+/// Inner systems need not be solved to the end, since each round starts from the solution of the last.
 const INNER: Solve = Solve { tolerance: 1e-2, steps: 20 };
 
 /// Items that a thread treats at least.
@@ -93,7 +88,7 @@ fn filtered(
     let mut normals_solver = Solver::new(&of_normals.diagonal);
     let mut field_solver = Solver::new(&of_field.diagonal);
     let mut normals = input.to_vec();
-    // The same before they are made unit, which is where the next solution is near.
+    // The same before they are made unit: the next solution is near to these.
     let mut free = input.to_vec();
     let mut v = vec![DVec3::ZERO; edge_faces.len()];
     // Of ∇N − v and of E v.
@@ -156,7 +151,7 @@ impl Split {
     }
 
     fn update(&mut self, expression: DVec3, threshold: f64) {
-        self.sum += RELAXATION * (expression - self.part());
+        self.sum += expression - self.part();
         self.threshold = threshold;
     }
 }
