@@ -3,9 +3,10 @@
 use glam::{DVec2, DVec3, Vec3};
 use planish_geometry::apply::{self, Places, ShaderVertex};
 use planish_geometry::bundle::{self, Belongings, Bundle, Goal, Names, Settings};
+use planish_geometry::denoise::Along;
 use planish_geometry::displacement::{Displacement, Place, Weights};
 use planish_geometry::manifest::{Layout, Manifest};
-use planish_geometry::model::Model;
+use planish_geometry::model::{Model, NormalSource};
 use planish_geometry::normals;
 use planish_geometry::obj::Obj;
 use planish_geometry::progress::Silent;
@@ -118,7 +119,13 @@ impl Read {
 pub(crate) fn heights(model: &Model, settings: &Settings) -> (Vec<f64>, Vec<Vec3>) {
     let Goal::Denoiser(denoising) = &settings.goal else { panic!("the tests bake no targets") };
     let deltas = denoising.run(model.surface(), model.weld(), &Silent).unwrap().deltas;
-    let along = model.displacement_normals(settings.normals.unwrap_or_default(), &deltas).unwrap();
+    let source = settings.normals.unwrap_or_default();
+    if source == NormalSource::Leaning {
+        // Normals that lean are fitted together with the heights.
+        let Along { heights, normals, .. } = Along::leaning(model.surface(), &deltas, &Silent).unwrap();
+        return (heights, normals);
+    }
+    let along = model.displacement_normals(source, &deltas).unwrap();
     (normals::heights(&deltas, &along), along)
 }
 
