@@ -73,6 +73,7 @@ pub(super) fn deltas(surface: &Surface, settings: &L0, progress: &dyn Progress) 
     let mut matrix = Matrix::of(&edges);
     // The solution is found as a way from the input, which does not depend on where the origin is.
     let mut way = vec![DVec3::ZERO; input.len()];
+    let mut before = way.clone();
     let mut positions = input.to_vec();
     let rounds = ((settings.beta_max / beta).ln() / settings.beta_growth.ln()).ceil().clamp(0.0, MOST_ROUNDS) as u32;
     for done in 1..=rounds {
@@ -94,7 +95,11 @@ pub(super) fn deltas(surface: &Surface, settings: &L0, progress: &dyn Progress) 
         let system =
             |x: &[DVec3], out: &mut [DVec3]| by_rows(x, out, |v| if fixed[v] { x[v] } else { matrix.times(v, x) });
         let limits = Solve { tolerance: 1e-4, steps: 1000 };
-        way = solve(system, &matrix.diagonal(), &right, way, limits, progress)?;
+        // What is missing for D = δ falls as 1 / β, so the next way goes on from the last two.
+        let ahead =
+            before.iter().zip(&way).map(|(before, way)| *way + (*way - *before) / settings.beta_growth).collect();
+        before = way;
+        way = solve(system, &matrix.diagonal(), &right, ahead, limits, progress)?;
         positions.par_iter_mut().zip(input).zip(&way).for_each(|((x, p), way)| *x = *p + *way);
         shapes.measure(&faces, &positions);
         beta *= settings.beta_growth;
