@@ -152,15 +152,14 @@ pub fn choose(surface: &Surface, settings: &Auto, progress: &dyn Progress) -> Re
     // comes out too low. Those that are not held are as far behind each other.
     let judged = Run { held: if sigma < MUCH { held } else { 0.0 }, ..run };
     let smoothing = look.smoothing;
-    let whole = Trial { run, input, normals: &look.normals, smoothing, judged: &[] };
+    let whole = Trial { run, input, smoothing, judged: &[] };
     let (shares, ways) = if let [candidate] = candidates {
         whole.without_judging(vec![Share::all_of(*candidate)], progress)?
     } else if let Some(part) = patches::part(surface, &net, patches::Sizes::default()) {
         let freedom = freedom.of_part(&part.vertices);
-        let normals: Vec<DVec3> = part.vertices.iter().map(|&v| look.normals[v as usize]).collect();
         let run = Run { net: &part.net, freedom: &freedom, ..judged };
         let input = part.surface.positions();
-        let trial = Trial { run, input, normals: &normals, smoothing, judged: &part.judged };
+        let trial = Trial { run, input, smoothing, judged: &part.judged };
         whole.without_judging(large(trial.judged(candidates, progress)?.0), progress)?
     } else {
         let found = Trial { run: judged, ..whole }.judged(candidates, progress)?;
@@ -297,15 +296,14 @@ mod tests {
         assert!(judged == 1800 && part.net.faces.len() < noisy.triangles().len(), "{judged}");
         let freedom = Freedom::default();
         let candidates = &Candidate::ALL[4..];
-        let mean = |net: &Net, input: &[DVec3], normals: &[DVec3], judged: &[bool]| {
+        let mean = |net: &Net, input: &[DVec3], judged: &[bool]| {
             let run = Run::of(net, &freedom, look.level.sigma_as(look.level.kind()), look.mean_edge);
-            let trial = Trial { run, input, normals, smoothing: look.smoothing, judged };
+            let trial = Trial { run, input, smoothing: look.smoothing, judged };
             let shares = trial.judged(candidates, &Silent).unwrap().0;
             shares.iter().zip(0u32..).map(|(share, k)| share.share * f64::from(k)).sum::<f64>()
         };
-        let normals: Vec<DVec3> = part.vertices.iter().map(|&v| look.normals[v as usize]).collect();
-        let of_part = mean(&part.net, part.surface.positions(), &normals, &part.judged);
-        let of_whole = mean(&net, noisy.positions(), &look.normals, &[]);
+        let of_part = mean(&part.net, part.surface.positions(), &part.judged);
+        let of_whole = mean(&net, noisy.positions(), &[]);
         // Both lie among the smoothest of five; one place apart is what a third of the faces may cost.
         assert!((of_part - of_whole).abs() < 1.0, "{of_part} {of_whole}");
     }

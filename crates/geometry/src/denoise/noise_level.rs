@@ -47,8 +47,6 @@ pub(super) struct Look {
     pub(super) mean_edge: f64,
     /// μ of the smoothing.
     pub(super) smoothing: f64,
-    /// Of the smoothed mesh, area-weighted. #V×3
-    pub(super) normals: Vec<DVec3>,
 }
 
 impl Look {
@@ -74,7 +72,7 @@ impl Look {
         let [fine, tail, coarse, across] =
             [fine, tail, coarse, across].map(|x| if mean_edge > 0.0 && x.is_finite() { x / mean_edge } else { 0.0 });
         let skew = lopsided(heights);
-        Ok(Self { level: NoiseLevel { fine, tail, coarse, agreement, across, skew }, mean_edge, smoothing, normals })
+        Ok(Self { level: NoiseLevel { fine, tail, coarse, agreement, across, skew }, mean_edge, smoothing })
     }
 }
 

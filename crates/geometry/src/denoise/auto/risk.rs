@@ -7,15 +7,18 @@
 //! The noise of a face normal is A e, linear in that of the vertices. For a result y(p) the expectation of
 //! |A (y − p)|² + 2σ² (A b)·(A (y(p + ε b) − y(p)) / ε), with b standard Gaussian along the normals, is the squared error
 //! of its normals but for a constant that is the same for all results.
+//!
+//! A face is averaged a little with those beside it: its noise is many times what results differ by and alternates from face
+//! to face, so that the risk is known better, and what results leave of the noise or take of the shape is seen as well.
 
 use crate::denoise::map::{Linear, Net};
 use glam::DVec3;
 
 /// One result, as changes of the face normals.
 pub(super) struct Seen {
-    /// A (y − p). #T×3
+    /// A (y − p), averaged. #T×3
     residuals: Vec<DVec3>,
-    /// 2σ² (A b)·(A dy) for each probe. #probes×T
+    /// 2σ² (A b)·(A dy) for each probe, both averaged. #probes×T
     divergences: Vec<Vec<f64>>,
 }
 
@@ -49,7 +52,7 @@ impl Judge<'_> {
         let changed = |ways: &[DVec3]| {
             let mut out = vec![DVec3::ZERO; self.net.faces.len()];
             self.linear.change(self.net, ways, &mut out);
-            out
+            self.softened(&out)
         };
         let turned = |(response, probe): (&Vec<DVec3>, &Vec<DVec3>)| -> Vec<f64> {
             let (response, probe) = (changed(response), changed(probe));
@@ -89,6 +92,17 @@ impl Judge<'_> {
         let kept = &values[cut..values.len() - cut];
         let degrees = 1f64.to_degrees().powi(2);
         degrees * kept.iter().sum::<f64>() / kept.len().max(1) as f64
+    }
+
+    /// Each face's change, and as much of the mean of those around it.
+    fn softened(&self, changes: &[DVec3]) -> Vec<DVec3> {
+        const OWN: f64 = 3.0;
+        let one = |f: usize| {
+            let start = (OWN * changes[f], OWN);
+            let (sum, count) = self.net.beside(f).fold(start, |(sum, count), g| (sum + changes[g], count + 1.0));
+            sum / count
+        };
+        (0..changes.len()).map(one).collect()
     }
 
     fn averaged(&self, values: &[f64], f: usize) -> f64 {

@@ -15,8 +15,6 @@ pub(super) struct Trial<'a> {
     pub(super) run: Run<'a>,
     /// #V×3, model units.
     pub(super) input: &'a [DVec3],
-    /// Of the smoothed mesh: what noise goes along. #V×3
-    pub(super) normals: &'a [DVec3],
     /// μ for the first guess.
     pub(super) smoothing: f64,
     /// Which triangles are judged; all where it is empty.
@@ -40,10 +38,13 @@ const BUDGET: usize = 40_000;
 const PROBES: usize = 4;
 /// Size of a probe in σ: large against the steps that robust weights make, small against the noise.
 const EPSILON: f64 = 0.3;
+/// Whose normals the noise is taken to go along. Along those of a smoothed mesh, which lean at creases, probes are moved the
+/// way that candidates hold vertices least, and the noise that they keep across those normals goes unseen.
+const UPRIGHT: Candidate = Candidate::Creases;
 /// Square degrees: who is farther behind after the first probe gets no more of them.
 const BEHIND: f64 = 15.0;
 /// Square degrees: who is that much farther behind has a share e times smaller.
-const TEMPERATURE: f64 = 0.5;
+const TEMPERATURE: f64 = 0.3;
 
 impl Trial<'_> {
     /// Ways of candidates whose shares are known.
@@ -70,38 +71,42 @@ impl Trial<'_> {
     ) -> Result<(Vec<Share>, Vec<Vec<DVec3>>), Cancelled> {
         let epsilon = EPSILON * self.length();
         let count = (BUDGET / self.run.net.faces.len().max(1)).clamp(1, PROBES);
-        let probes = self.probes(count);
-        let given = |k: usize| -> Result<Given, Cancelled> {
-            let lift = |v: usize| if k == 0 { DVec3::ZERO } else { epsilon * probes[k - 1][v] };
-            let input: Vec<DVec3> = self.input.iter().enumerate().map(|(v, p)| *p + lift(v)).collect();
+        let parts = Parts::new(progress, candidates.len() * (1 + count) + 1);
+        let ways = |candidate: Candidate, given: &Given| {
+            parts.run(|| candidate.ways(&self.run, &given.input, &given.start, progress))?
+        };
+        let mesh = Given { start: self.start(self.input, progress)?, input: self.input.to_vec() };
+        let all = candidates.par_iter().map(|&candidate| ways(candidate, &mesh));
+        let still = all.collect::<Result<Vec<_>, _>>()?;
+        let probes = match candidates.iter().position(|candidate| *candidate == UPRIGHT) {
+            Some(k) => self.probes(count, &still[k]),
+            None => self.probes(count, &ways(UPRIGHT, &mesh)?),
+        };
+        let given = |probe: &Vec<DVec3>| -> Result<Given, Cancelled> {
+            let input: Vec<DVec3> = self.input.iter().zip(probe).map(|(p, b)| *p + epsilon * *b).collect();
             Ok(Given { start: self.start(&input, progress)?, input })
         };
-        // 0 is the mesh, k the mesh with probe k − 1.
-        let given = (0..=count).into_par_iter().map(given).collect::<Result<Vec<_>, _>>()?;
-        let parts = Parts::new(progress, candidates.len() * (1 + count));
-        let run = |jobs: &[(usize, usize)]| -> Result<Vec<Vec<DVec3>>, Cancelled> {
-            let ways = |&(candidate, k): &(usize, usize)| {
-                let Given { input, start } = &given[k];
-                parts.run(|| candidates[candidate].ways(&self.run, input, start, progress))?
+        let given = probes.par_iter().map(given).collect::<Result<Vec<_>, _>>()?;
+        // How these candidates move with each of these probes.
+        let responses = |jobs: &[(usize, usize)]| -> Result<Vec<Vec<DVec3>>, Cancelled> {
+            let one = |&(candidate, k): &(usize, usize)| -> Result<Vec<DVec3>, Cancelled> {
+                let moved = ways(candidates[candidate], &given[k])?;
+                let still = &still[candidate];
+                Ok((0..moved.len()).map(|v| probes[k][v] + (moved[v] - still[v]) / epsilon).collect())
             };
-            jobs.par_iter().map(ways).collect()
-        };
-        let response = |still: &[DVec3], moved: &[DVec3], k: usize| -> Vec<DVec3> {
-            (0..still.len()).map(|v| probes[k - 1][v] + (moved[v] - still[v]) / epsilon).collect()
+            jobs.par_iter().map(one).collect()
         };
         let every: Vec<usize> = (0..candidates.len()).collect();
-        let mut found = run(&jobs(&every, 0..2))?.into_iter();
-        let mut tried = Vec::new();
-        while let (Some(ways), Some(moved)) = (found.next(), found.next()) {
-            tried.push(Tried { responses: vec![response(&ways, &moved, 1)], ways });
-        }
+        let first = responses(&jobs(&every, 0..1))?;
+        let tried =
+            still.iter().zip(first).map(|(ways, response)| Tried { ways: ways.clone(), responses: vec![response] });
+        let mut tried: Vec<Tried> = tried.collect();
         let judge = self.judge(candidates, &tried);
         let mut shares = mixture(&judge, candidates, &tried, &probes);
         if count > 1 {
             let alive: Vec<usize> = every.iter().copied().filter(|&k| shares.1[k] <= BEHIND).collect();
-            let jobs = jobs(&alive, 2..count + 1);
-            for ((candidate, k), moved) in jobs.iter().zip(run(&jobs)?) {
-                let response = response(&tried[*candidate].ways, &moved, *k);
+            let jobs = jobs(&alive, 1..count);
+            for ((candidate, _), response) in jobs.iter().zip(responses(&jobs)?) {
                 tried[*candidate].responses.push(response);
             }
             // All are judged again: trimming is against the mean of the same results as before.
@@ -117,10 +122,12 @@ impl Trial<'_> {
         self.run.sigma * self.run.mean_edge
     }
 
-    /// Standard Gaussians along the normals.
-    fn probes(&self, count: usize) -> Vec<Vec<DVec3>> {
+    /// Standard Gaussians along the normals of a result with these ways.
+    fn probes(&self, count: usize, ways: &[DVec3]) -> Vec<Vec<DVec3>> {
+        let result: Vec<DVec3> = self.input.iter().zip(ways).map(|(p, way)| *p + *way).collect();
+        let normals = self.run.net.vertex_normals(&result);
         let seeds = (7..).map(|seed| noise_level::gaussians(self.input.len(), seed));
-        let along = |gaussians: Vec<DVec3>| gaussians.iter().zip(self.normals).map(|(g, n)| g.x * *n).collect();
+        let along = |gaussians: Vec<DVec3>| gaussians.iter().zip(&normals).map(|(g, n)| g.x * *n).collect();
         seeds.take(count).map(along).collect()
     }
 
