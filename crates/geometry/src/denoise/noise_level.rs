@@ -112,8 +112,8 @@ impl NoiseLevel {
         // cannot be told from detail, and a barely noisy mesh stays as it is.
         const LEAST: f64 = 0.035;
         const LEAST_ROUGH: f64 = 0.02;
-        // Sensors err to both sides alike. Roughness has pits or bumps.
-        const LOPSIDED: f64 = 0.15;
+        // Sensors err to both sides alike; creases of which most are convex make 0.17 of that. Roughness has pits or bumps.
+        const LOPSIDED: f64 = 0.2;
         let white = self.fine * (1.0 - self.detail(0.005)).sqrt();
         if white < if self.is_rough() { LEAST_ROUGH } else { LEAST } || self.skew.abs() > LOPSIDED {
             Kind::None
