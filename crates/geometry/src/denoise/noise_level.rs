@@ -36,7 +36,7 @@ pub struct NoiseLevel {
     /// noise may push them sideways, by no more than that.
     #[serde(default)]
     pub across: f64,
-    /// How lopsided the finest band is: (q₉₀ + q₁₀ − 2 q₅₀) / (q₉₀ − q₁₀) of its quantiles, −1..=1 and 0 for noise.
+    /// How lopsided the finest band is: (q₈₀ + q₂₀ − 2 q₅₀) / (q₈₀ − q₂₀) of its quantiles, −1..=1 and 0 for noise.
     pub skew: f64,
 }
 
@@ -112,8 +112,8 @@ impl NoiseLevel {
         // cannot be told from detail, and a barely noisy mesh stays as it is.
         const LEAST: f64 = 0.035;
         const LEAST_ROUGH: f64 = 0.02;
-        // Sensors err to both sides alike; creases of which most are convex make 0.17 of that. Roughness has pits or bumps.
-        const LOPSIDED: f64 = 0.2;
+        // Sensors err to both sides alike. Roughness has pits or bumps.
+        const LOPSIDED: f64 = 0.125;
         let white = self.fine * (1.0 - self.detail(0.005)).sqrt();
         if white < if self.is_rough() { LEAST_ROUGH } else { LEAST } || self.skew.abs() > LOPSIDED {
             Kind::None
@@ -253,15 +253,15 @@ fn median(mut values: Vec<f64>) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// (q₉₀ + q₁₀ − 2 q₅₀) / (q₉₀ − q₁₀); 0 for too few values to tell.
+/// (q₈₀ + q₂₀ − 2 q₅₀) / (q₈₀ − q₂₀), farther in than where creases are; 0 for too few values to tell.
 fn lopsided(mut heights: Vec<f64>) -> f64 {
-    // With as many Gaussian values the quotient is below 0.1 but for one time in a thousand.
-    const ENOUGH: usize = 1000;
+    // With as many Gaussian values the quotient is below 0.12 but for one time in a thousand.
+    const ENOUGH: usize = 2000;
     if heights.len() < ENOUGH {
         return 0.0;
     }
     heights.sort_unstable_by(f64::total_cmp);
-    let [low, middle, high] = [1, 5, 9].map(|tenths| heights[tenths * heights.len() / 10]);
+    let [low, middle, high] = [2, 5, 8].map(|tenths| heights[tenths * heights.len() / 10]);
     if high > low { (high + low - 2.0 * middle) / (high - low) } else { 0.0 }
 }
 
