@@ -112,7 +112,7 @@ impl NoiseLevel {
         // cannot be told from detail, and a barely noisy mesh stays as it is.
         const LEAST: f64 = 0.035;
         const LEAST_ROUGH: f64 = 0.02;
-        // Sensors err to both sides alike. Roughness has pits or bumps.
+        // Sensors err to both sides alike. Roughness has pits or bumps: where noise lifts only, it is 0.15.
         const LOPSIDED: f64 = 0.125;
         let white = self.fine * (1.0 - self.detail(0.005)).sqrt();
         if white < if self.is_rough() { LEAST_ROUGH } else { LEAST } || self.skew.abs() > LOPSIDED {

@@ -13,6 +13,7 @@
 
 use crate::denoise::map::{Linear, Net};
 use glam::DVec3;
+use std::ops::{Add, Div, Mul};
 
 /// One result, as changes of the face normals.
 pub(super) struct Seen {
@@ -82,7 +83,7 @@ impl Judge<'_> {
         };
         let mut values: Vec<f64> = (0..count).map(one).collect();
         for _ in 0..3 {
-            values = (0..count).map(|f| self.averaged(&values, f)).collect();
+            values = (0..count).map(|f| self.averaged(&values, f, 1.0)).collect();
         }
         if !self.judged.is_empty() {
             values = values.into_iter().zip(self.judged).filter(|(_, judged)| **judged).map(|(x, _)| x).collect();
@@ -96,21 +97,16 @@ impl Judge<'_> {
 
     /// Each face's change, and as much of the mean of those around it.
     fn softened(&self, changes: &[DVec3]) -> Vec<DVec3> {
-        const OWN: f64 = 3.0;
-        let one = |f: usize| {
-            let start = (OWN * changes[f], OWN);
-            let (sum, count) = self.net.beside(f).fold(start, |(sum, count), g| (sum + changes[g], count + 1.0));
-            sum / count
-        };
-        (0..changes.len()).map(one).collect()
+        (0..changes.len()).map(|f| self.averaged(changes, f, 3.0)).collect()
     }
 
-    fn averaged(&self, values: &[f64], f: usize) -> f64 {
-        let (mut sum, mut count) = (values[f], 1.0);
-        for g in self.net.beside(f) {
-            sum += values[g];
-            count += 1.0;
-        }
+    /// Mean at a face and those beside it, where it counts `own` times.
+    fn averaged<T>(&self, values: &[T], f: usize, own: f64) -> T
+    where
+        T: Copy + Add<Output = T> + Mul<f64, Output = T> + Div<f64, Output = T>,
+    {
+        let start = (values[f] * own, own);
+        let (sum, count) = self.net.beside(f).fold(start, |(sum, count), g| (sum + values[g], count + 1.0));
         sum / count
     }
 }
