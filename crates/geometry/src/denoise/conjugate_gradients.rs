@@ -58,7 +58,7 @@ pub(super) fn solve(
     Ok(x)
 }
 
-/// Room for systems that are solved one after the other.
+/// Room for systems of one diagonal that are solved one after the other.
 pub(super) struct Solver {
     /// Of the diagonal.
     inverse: Vec<f64>,
@@ -69,21 +69,13 @@ pub(super) struct Solver {
 
 impl Solver {
     pub(super) fn new(diagonal: &[f64]) -> Self {
-        let mut solver = Self::with_room(diagonal.len());
-        solver.precondition(diagonal.iter().copied());
-        solver
-    }
-
-    /// For so many unknowns; each system is to be told of by [`precondition`](Self::precondition).
-    pub(super) fn with_room(unknowns: usize) -> Self {
-        let room = || vec![DVec3::ZERO; unknowns];
-        Self { inverse: vec![1.0; unknowns], residual: room(), direction: room(), product: room() }
-    }
-
-    /// Takes the diagonal of the systems that follow.
-    pub(super) fn precondition(&mut self, diagonal: impl IntoIterator<Item = f64>) {
-        let slots = self.inverse.iter_mut().zip(diagonal);
-        slots.for_each(|(inverse, d)| *inverse = if d > 0.0 { 1.0 / d } else { 1.0 });
+        let room = || vec![DVec3::ZERO; diagonal.len()];
+        Self {
+            inverse: diagonal.iter().map(|d| if *d > 0.0 { 1.0 / d } else { 1.0 }).collect(),
+            residual: room(),
+            direction: room(),
+            product: room(),
+        }
     }
 
     /// Moves `x` to the solution; `sides` are row i of b and of A x, and `system` is as for [`solve`].

@@ -10,7 +10,7 @@
 //! published code averages the signed angles, which cancel, and so takes almost no λ.)
 
 use super::Boundary;
-use super::conjugate_gradients::{Solve, Solver, by_rows};
+use super::conjugate_gradients::{Solve, by_rows, solve};
 use super::faces::{Faces, Shapes};
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::{Index, Ragged};
@@ -75,33 +75,31 @@ pub(super) fn deltas(surface: &Surface, settings: &L0, progress: &dyn Progress) 
     let mut way = vec![DVec3::ZERO; input.len()];
     let mut before = way.clone();
     let mut positions = input.to_vec();
-    let mut missing = Vec::new();
-    let mut solver = Solver::with_room(input.len());
     let rounds = ((settings.beta_max / beta).ln() / settings.beta_growth.ln()).ceil().clamp(0.0, MOST_ROUNDS) as u32;
     for done in 1..=rounds {
         edges.measure(&faces, &shapes, &positions);
         let threshold = lambda / beta;
         let at = |points: &[DVec3], e: usize| edges.difference(points, e);
         // α R(p⁰) and β (D(p⁰) − δ), whose adjoints are minus the right-hand side.
-        let missing_at = |e: usize| {
+        let missing = |e: usize| {
             let jump = at(&positions, e);
             let kept = if jump.length_squared() >= threshold { jump } else { DVec3::ZERO };
             [alpha * edges.fold(input, e), beta * (at(input, e) - kept)]
         };
-        let all = (0..edges.coefficients.len()).into_par_iter().with_min_len(1024);
-        all.map(missing_at).collect_into_vec(&mut missing);
-        // What is missing for D = δ falls as 1 / β, so the next way goes on from the last two.
-        for (way, before) in way.iter_mut().zip(&mut before) {
-            let ahead = *way + (*way - *before) / settings.beta_growth;
-            *before = std::mem::replace(way, ahead);
-        }
+        let missing: Vec<_> = (0..edges.coefficients.len()).into_par_iter().with_min_len(1024).map(missing).collect();
+        let right: Vec<DVec3> = (0..input.len())
+            .into_par_iter()
+            .map(|v| if fixed[v] { DVec3::ZERO } else { -edges.gathered(&missing, v) })
+            .collect();
         matrix.assemble(&edges, alpha, beta);
-        solver.precondition(matrix.diagonal());
-        let row = |x: &[DVec3], v: usize| if fixed[v] { x[v] } else { matrix.times(v, x) };
-        let right = |v: usize| if fixed[v] { DVec3::ZERO } else { -edges.gathered(&missing, v) };
-        let system = |x: &[DVec3], out: &mut [DVec3]| by_rows(x, out, |v| row(x, v));
+        let system =
+            |x: &[DVec3], out: &mut [DVec3]| by_rows(x, out, |v| if fixed[v] { x[v] } else { matrix.times(v, x) });
         let limits = Solve { tolerance: 1e-4, steps: 1000 };
-        solver.solve(system, &mut way, |x, v| [right(v), row(x, v)], limits, progress)?;
+        // What is missing for D = δ falls as 1 / β, so the next way goes on from the last two.
+        let ahead =
+            before.iter().zip(&way).map(|(before, way)| *way + (*way - *before) / settings.beta_growth).collect();
+        before = way;
+        way = solve(system, &matrix.diagonal(), &right, ahead, limits, progress)?;
         positions.par_iter_mut().zip(input).zip(&way).for_each(|((x, p), way)| *x = *p + *way);
         shapes.measure(&faces, &positions);
         beta *= settings.beta_growth;
@@ -248,8 +246,8 @@ impl Matrix {
         });
     }
 
-    fn diagonal(&self) -> impl Iterator<Item = f64> {
-        (0..self.columns.len()).map(|v| self.values[self.columns.range(v as Index).start])
+    fn diagonal(&self) -> Vec<f64> {
+        (0..self.columns.len()).map(|v| self.values[self.columns.range(v as Index).start]).collect()
     }
 
     /// Row `v` times `x`.
