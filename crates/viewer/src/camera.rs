@@ -1,72 +1,9 @@
-//! A camera that turns about the middle of the model.
+//! A camera in front of a model: from world space to the picture.
 
-use crate::scene::Sphere;
+pub use crate::settings::camera::{Camera, Projection, UpAxis};
+use crate::bounds::Sphere;
 use glam::camera::rh::proj::directx;
 use glam::{Mat3, Mat4, Vec3, Vec4};
-use serde::{Deserialize, Serialize};
-
-/// Where the picture is taken from.
-///
-/// At yaw 0 and pitch 0 the eye looks at the front of the model: from +z if y is up, from −y if z is up.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Camera {
-    /// To the model's left (our right) about the up axis, degrees.
-    pub yaw: f32,
-    /// Above the horizon, degrees.
-    pub pitch: f32,
-    /// Distance of the eye; at 1 the bounding sphere just fits the picture.
-    pub distance: f32,
-    /// What the eye looks at, from the middle of the model in radii of its bounding sphere.
-    pub target: Vec3,
-    /// How the view is flattened.
-    pub projection: Projection,
-    /// Which axis of the model points up.
-    pub up: UpAxis,
-}
-
-impl Default for Camera {
-    fn default() -> Self {
-        Self {
-            yaw: 30.0,
-            pitch: 15.0,
-            distance: 1.0,
-            target: Vec3::ZERO,
-            projection: Projection::default(),
-            up: UpAxis::Y,
-        }
-    }
-}
-
-/// How the view is flattened.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Projection {
-    /// With a vanishing point.
-    Perspective {
-        /// Opening angle across the shorter side of the picture, degrees.
-        field_of_view: f32,
-    },
-    /// Parallel rays: lengths can be read off.
-    Orthographic,
-}
-
-impl Default for Projection {
-    fn default() -> Self {
-        Self::Perspective { field_of_view: 28.0 }
-    }
-}
-
-/// An axis that points up.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum UpAxis {
-    /// As in most OBJ files.
-    #[default]
-    Y,
-    /// As in CAD and most scanners.
-    Z,
-}
 
 /// A camera in front of a model.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,12 +16,12 @@ pub struct View {
     pub eye_in_world: Vec4,
     /// The model's up axis, in world space.
     pub up_in_world: Vec3,
-    /// The same as `world_from_view` for an eye right in front of the model.
+    /// Columns: right, up and back of an eye right in front of the model, at yaw 0 and pitch 0, in world space.
     pub world_from_front: Mat3,
 }
 
 impl Camera {
-    /// Upwards, and to the eye at yaw 0 and pitch 0; world space.
+    /// Unit vectors upwards and to the eye at yaw 0 and pitch 0, world space.
     pub fn axes(&self) -> (Vec3, Vec3) {
         match self.up {
             UpAxis::Y => (Vec3::Y, Vec3::Z),
@@ -97,7 +34,8 @@ impl Camera {
         self.view_reaching(bounds, aspect, bounds.radius)
     }
 
-    /// The same where there is something to be seen up to `reach` from the middle of the model.
+    /// This camera before a model with these bounds, where something is to be seen up to `reach` from its middle.
+    /// `aspect` = width / height.
     pub fn view_reaching(&self, bounds: Sphere, aspect: f32, reach: f32) -> View {
         let (up, front) = self.axes();
         let world_from_front = Mat3::from_cols(up.cross(front), up, front);

@@ -9,13 +9,12 @@ pub mod file;
 pub mod harmonics;
 mod noise;
 pub mod prefilter;
+pub(crate) mod sample;
 pub mod scenes;
 mod sky;
-mod surroundings;
 mod terrain;
 
-pub(crate) use surroundings::{Around, sun};
-pub use surroundings::{Part, Surroundings};
+pub use crate::settings::environment::{Part, Surroundings};
 
 use cube::CubeMap;
 use harmonics::Irradiance;

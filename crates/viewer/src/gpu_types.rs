@@ -43,7 +43,7 @@ pub(crate) struct Frame {
     pub(crate) vein_frequency: f32,
     pub(crate) vein_colour: Vec3,
     pub(crate) _pad: f32,
-    pub(crate) lights: [Light; crate::lights::MAX_LIGHTS],
+    pub(crate) lights: [Light; crate::settings::lights::MAX_LIGHTS],
 }
 
 /// Twin of `struct Displacement`.

@@ -1,7 +1,8 @@
 //! From a model in f64 to a scene in f32.
 
+use crate::mesh::{Mesh, Side, Triangle};
 use crate::relief::{Relief, Sense};
-use crate::scene::{Mesh, Scene, SceneError, Side, Triangle};
+use crate::scene::{Scene, SceneError};
 use glam::{DVec3, Vec3};
 use planish_geometry::apply::{self, ShaderVertex};
 use planish_geometry::atlas::Atlas;

@@ -1,15 +1,26 @@
 //! The colour bar beside a heat map.
 
 use crate::colour::linear_from_byte;
-use crate::settings::Range;
+use crate::draw_parameters::heat_range;
+use crate::scene::Scene;
+use crate::settings::{Range, Settings, Shading};
 use image::{Rgba, RgbaImage};
 use planish_geometry::colormap::Colormap;
 
 /// Numbers beside the bar.
 const TICKS: u32 = 5;
 
+/// Draws the colour bar of a heat map on a picture of a scene; other pictures have none.
+pub(crate) fn add(image: &mut RgbaImage, scene: &Scene, settings: &Settings) {
+    if matches!(settings.shading, Shading::Height | Shading::Heat)
+        && let Some(range) = heat_range(scene, settings)
+    {
+        draw(image, settings.heat.map, range);
+    }
+}
+
 /// Draws a bar with numbers at the right side; leaves a picture alone that is too small for it.
-pub(super) fn draw(image: &mut RgbaImage, map: Colormap, range: Range) {
+fn draw(image: &mut RgbaImage, map: Colormap, range: Range) {
     // Everything is a multiple of one dot of the font.
     let dot = (image.height() / 400).max(1);
     let (bar_width, label_width) = (12 * dot, 11 * GLYPH_ADVANCE * dot);

@@ -21,15 +21,19 @@
 //! ```
 
 pub mod app;
+pub mod bounds;
 pub mod camera;
 pub mod colour;
+mod draw_parameters;
 pub mod environment;
 pub mod errors;
 pub mod gpu;
 mod gpu_types;
 pub mod ground;
 pub mod input;
+mod legend;
 pub mod lights;
+pub mod mesh;
 mod noise;
 pub mod open;
 pub mod painter;
@@ -39,7 +43,6 @@ pub mod renderer;
 pub mod scene;
 pub mod settings;
 pub mod shaders;
-mod shading;
 pub mod shadow;
 pub mod software;
 pub mod texture;

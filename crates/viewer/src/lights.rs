@@ -1,69 +1,12 @@
-//! Lights: far away, or a lamp somewhere near the model.
+//! Lights in world space: far away, or a lamp somewhere near the model.
 
+pub use crate::settings::lights::{Ambient, Anchor, Light, LightKind, MAX_LIGHTS};
+use crate::bounds::Sphere;
 use crate::camera::View;
-use crate::colour::Colour;
-use crate::environment;
-use crate::scene::{Scene, Sphere};
+use crate::environment::sample;
+use crate::scene::Scene;
 use crate::settings::Settings;
 use glam::{Vec3, Vec4};
-use serde::{Deserialize, Serialize};
-
-/// How many lights there may be.
-pub const MAX_LIGHTS: usize = 4;
-
-/// A light in some direction from the middle of the model.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Light {
-    /// Right of the eye, degrees.
-    pub azimuth: f32,
-    /// Above the eye, degrees.
-    pub elevation: f32,
-    /// Its colour.
-    pub colour: Colour,
-    /// Its strength: at 1, a white surface in the middle of the model that faces the light is white.
-    pub intensity: f32,
-    /// What shines.
-    #[serde(default)]
-    pub kind: LightKind,
-    /// What it stays with.
-    #[serde(default)]
-    pub anchor: Anchor,
-}
-
-/// What shines. Distances are from the middle of the model, in radii of its bounding sphere.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
-pub enum LightKind {
-    /// The sun: parallel rays.
-    #[default]
-    Directional,
-    /// A cone of light towards the middle of the model.
-    Spot {
-        /// How far away.
-        distance: f32,
-        /// Opening angle, degrees; the light fades over the outer tenth.
-        angle: f32,
-    },
-    /// A lamp that shines everywhere.
-    Point {
-        /// How far away.
-        distance: f32,
-    },
-}
-
-/// What a light stays with when the camera turns.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Anchor {
-    /// The camera, so that a model is well lit from every side.
-    #[default]
-    Camera,
-    /// The model: angles are from its front and its horizon.
-    Model,
-    /// The sun of a generated environment, direction and colour; without one, the model.
-    Sun,
-}
 
 /// A light in world space; the twin of `Light` in `shaders/frame.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,7 +24,7 @@ pub(crate) struct Lamp {
 
 /// The lights of a picture.
 pub(crate) fn lamps(scene: &Scene, settings: &Settings, view: &View) -> Vec<Lamp> {
-    let sun = environment::sun(scene, settings);
+    let sun = sample::sun(scene.environment.as_ref(), settings);
     let lamp = |light: &Light| match sun {
         Some((to_sun, radiance)) if light.anchor == Anchor::Sun => {
             light.lamp_towards(to_sun, light.intensity * light.colour.linear() * radiance, scene.bounds())
@@ -128,19 +71,6 @@ impl Light {
             Anchor::Model | Anchor::Sun => view.world_from_front * direction,
         }
     }
-
-    /// A warm key light over the viewer's left shoulder and a cool fill light from the right.
-    pub(crate) fn key_and_fill() -> Vec<Self> {
-        let far = |azimuth, elevation, colour, intensity| Self {
-            azimuth,
-            elevation,
-            colour: Colour::hex(colour),
-            intensity,
-            kind: LightKind::Directional,
-            anchor: Anchor::Camera,
-        };
-        vec![far(-50.0, 45.0, 0xfff3e4, 0.95), far(58.0, 12.0, 0xd6e2fa, 0.28)]
-    }
 }
 
 impl Lamp {
@@ -163,22 +93,4 @@ impl Lamp {
 pub(crate) fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
     let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
-}
-
-/// Light from everywhere: a hemisphere about the model's up axis.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Ambient {
-    /// From above.
-    pub sky: Colour,
-    /// From below.
-    pub ground: Colour,
-    /// Strength of both.
-    pub intensity: f32,
-}
-
-impl Default for Ambient {
-    fn default() -> Self {
-        Self { sky: Colour::hex(0xe8eef6), ground: Colour::hex(0xa08676), intensity: 0.24 }
-    }
 }

@@ -1,6 +1,6 @@
 //! A map that moves vertices: the baked one, which takes noise off, or any picture of heights, which puts a relief on.
 
-use crate::scene::Mesh;
+use crate::mesh::Mesh;
 use crate::settings::Displace;
 use glam::Vec3;
 use planish_geometry::apply::ShaderVertex;

@@ -1,7 +1,8 @@
 //! A scene as arrays for the GPU.
 
 use crate::gpu_types::{Extra, Vertex, Wedge};
-use crate::scene::{Scene, Side};
+use crate::mesh::Side;
+use crate::scene::Scene;
 use glam::{Vec2, Vec4};
 use planish_geometry::displacement::Place;
 use planish_geometry::texture::tangents::Tangent;

@@ -21,11 +21,11 @@ mod uploaded;
 pub use uploaded::Uploaded;
 
 use crate::colour::{linear_from_byte, pixel_from_linear};
+use crate::draw_parameters::derives_normals;
 use crate::gpu::{DEPTH, FORMAT, Gpu, NoGpu};
+use crate::legend;
 use crate::scene::Scene;
-use crate::settings::{Displace, Normals, Settings, Shading, Size};
-use crate::shading::normal_map_strength;
-use crate::software;
+use crate::settings::{Displace, Settings, Size};
 use bindings::Layouts;
 use glam::{Vec3, Vec4};
 use image::RgbaImage;
@@ -181,7 +181,7 @@ impl Renderer {
         let view = canvas.create_view(&wgpu::TextureViewDescriptor::default());
         self.draw(uploaded, scene, settings, &target, &view);
         let mut image = shrunk(pictures::read(&self.gpu, &canvas), scale);
-        software::add_legend(&mut image, scene, settings);
+        legend::add(&mut image, scene, settings);
         image
     }
 
@@ -209,11 +209,6 @@ pub enum Smoothness {
     OneSample,
     /// Several samples are averaged where there is an edge.
     SmoothEdges,
-}
-
-fn derives_normals(scene: &Scene, settings: &Settings) -> bool {
-    let others = matches!(settings.shading, Shading::Bump) || normal_map_strength(scene, settings).is_some();
-    scene.relief.is_some() && settings.displace.normals == Normals::Derived && !others
 }
 
 /// Means of squares of pixels, in linear light.

@@ -1,63 +1,12 @@
 //! What is drawn: one triangle mesh, ready for f32, and the map that displaces it.
 
+pub use crate::bounds::Sphere;
+pub use crate::mesh::{Mesh, Side, Triangle};
 use crate::environment::Environment;
 use crate::relief::Relief;
-use crate::settings::{Settings, Shading};
 use crate::texture::{Texture, Textures};
-use glam::{Vec2, Vec3};
-use planish_geometry::texture::tangents::Tangent;
+use glam::Vec3;
 use thiserror::Error;
-
-/// What lies along a side of a triangle.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Side {
-    /// An edge of the mesh.
-    #[default]
-    Edge,
-    /// An edge at which the texture is cut.
-    Seam,
-    /// The inside of a polygon.
-    Diagonal,
-}
-
-/// One triangle: for each corner, where to find its values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Triangle {
-    /// Into [`Mesh::positions`] and [`Mesh::scalars`].
-    pub positions: [u32; 3],
-    /// Into [`Mesh::normals`].
-    pub normals: [u32; 3],
-    /// Into [`Mesh::uvs`]; none where the file has no texture coordinates.
-    pub uvs: Option<[u32; 3]>,
-    /// From each corner to the next one.
-    pub sides: [Side; 3],
-}
-
-/// Plain arrays. Counter-clockwise triangles face outwards.
-#[derive(Clone, Debug, Default)]
-pub struct Mesh {
-    /// #V, near the origin so that f32 is fine enough.
-    pub positions: Vec<Vec3>,
-    /// Unit vectors.
-    pub normals: Vec<Vec3>,
-    /// Texture coordinates, v up.
-    pub uvs: Vec<Vec2>,
-    /// The faces.
-    pub triangles: Vec<Triangle>,
-    /// MikkTSpace frames at the corners of the triangles, for bump and normal maps; empty where there are none.
-    pub tangents: Vec<[Tangent; 3]>,
-    /// A number for each position, for heat maps.
-    pub scalars: Option<Vec<f32>>,
-}
-
-/// A ball.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sphere {
-    /// Its middle.
-    pub centre: Vec3,
-    /// Its radius.
-    pub radius: f32,
-}
 
 /// A mesh whose indices are all in range, and what belongs to it.
 #[derive(Clone, Debug)]
@@ -159,13 +108,9 @@ impl Scene {
         self.bounds
     }
 
-    /// A sphere about the displaced surface, with the same middle.
-    pub(crate) fn displaced_bounds(&self, settings: &Settings) -> Sphere {
-        let lift = match &self.relief {
-            Some(relief) if settings.shading != Shading::Bump => relief.reach(&settings.displace),
-            _ => 0.0,
-        };
-        Sphere { radius: self.bounds.radius + lift, ..self.bounds }
+    /// A sphere about the surface whose vertices have moved by at most `reach` model units, with the same centre.
+    pub(crate) fn displaced_bounds(&self, reach: f32) -> Sphere {
+        Sphere { radius: self.bounds.radius + reach, ..self.bounds }
     }
 
     /// How high the lowest vertex of a triangle is along a coordinate axis.

@@ -1,73 +1,68 @@
 //! One value that says everything about a picture: what headless mode loads, and what a reference
 //! image is drawn from.
+//!
+//! Settings are plain data, stored as JSON; the modules beside this one turn them into pictures.
 
-use crate::camera::{Camera, Projection};
+pub mod camera;
+pub mod displace;
+pub mod environment;
+pub mod ground;
+pub mod lights;
+mod rules;
+pub mod shadow;
+pub mod surface;
+
+pub use displace::{Displace, Normals};
+pub use rules::SettingsError;
+pub use surface::{Checker, Heat, Marble, Material, Overlay, Range, Sampling, Shading};
+
 use crate::colour::Colour;
-use crate::environment::Surroundings;
-use crate::ground::Ground;
-use crate::lights::{Ambient, Light, LightKind, MAX_LIGHTS};
-use crate::shadow::Shadow;
-use clap::ValueEnum;
-use planish_geometry::colormap::Colormap;
+use camera::Camera;
+use environment::Surroundings;
+use ground::Ground;
+use lights::{Ambient, Light, MAX_LIGHTS};
+use rules::require;
 use serde::{Deserialize, Serialize};
+use shadow::Shadow;
 use std::str::FromStr;
-use thiserror::Error;
-
-/// A closed set of choices, each with a number for the shaders.
-macro_rules! named {
-    ($(#[$meta:meta])* pub enum $name:ident { $($(#[$attribute:meta])* $variant:ident,)+ }) => {
-        $(#[$meta])*
-        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, ValueEnum)]
-        #[serde(rename_all = "kebab-case")]
-        pub enum $name {
-            $($(#[$attribute])* $variant,)+
-        }
-
-        impl $name {
-            /// All there are; the place of each in the list is its number in the shaders.
-            pub const ALL: &'static [Self] = &[$(Self::$variant,)+];
-        }
-    };
-}
-pub(crate) use named;
 
 /// All that a picture depends on, beside the scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
-    /// Of the picture.
+    /// Size of the picture.
     pub size: Size,
     /// Samples per pixel in each direction, averaged in linear light; on a GPU on top of its own four.
     pub supersampling: u32,
-    /// Where the picture is taken from.
+    /// Camera that takes the picture.
     pub camera: Camera,
-    /// How far the map moves the vertices.
+    /// Displacement of the vertices by the map.
     pub displace: Displace,
-    /// What the surface shows.
+    /// Shading of the surface.
     pub shading: Shading,
-    /// What is drawn on top of it.
+    /// Lines on top of the surface.
     pub overlay: Overlay,
-    /// How textures are read between their texels.
+    /// Interpolation of textures between their texels.
     pub sampling: Sampling,
-    /// What the surface is made of.
+    /// Material of the surface.
     pub material: Material,
-    /// At most [`MAX_LIGHTS`].
+    /// Lights, at most [`MAX_LIGHTS`].
     pub lights: Vec<Light>,
-    /// How they cast shadows.
+    /// Shadows that the lights cast.
     pub shadow: Shadow,
-    /// Under the model.
+    /// Ground under the model.
     pub ground: Ground,
-    /// Light from everywhere.
+    /// Light from all directions.
     pub ambient: Ambient,
-    /// Behind the model.
+    /// Gradient behind the model.
     pub background: Background,
-    /// Instead of both: a landscape all around.
+    /// Landscape all around, in place of the ambient light and the background.
     pub environment: Option<Surroundings>,
-    /// For [`Shading::Checker`].
+    /// Squares of [`Shading::Checker`].
     pub checker: Checker,
-    /// For [`Shading::Marble`].
+    /// Veins of [`Shading::Marble`].
     pub marble: Marble,
-    /// For [`Shading::Height`] and [`Shading::Heat`].
+    /// Colours of [`Shading::Height`] and [`Shading::Heat`].
     pub heat: Heat,
 }
 
@@ -99,9 +94,9 @@ impl Default for Settings {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Size {
-    /// Columns.
+    /// Number of columns.
     pub width: u32,
-    /// Rows.
+    /// Number of rows.
     pub height: u32,
 }
 
@@ -121,126 +116,13 @@ impl FromStr for Size {
     }
 }
 
-/// How far the map of the scene moves the vertices: p' = p − λ · (bias + scale · texel) · n.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Displace {
-    /// Strength: 0 leaves the mesh as it is, at 1 it is denoised.
-    pub lambda: f32,
-    /// Height at texel 0 in model units, instead of the map's own.
-    pub bias: Option<f32>,
-    /// Height from texel 0 to texel 1 in model units, instead of the map's own.
-    pub scale: Option<f32>,
-    /// Which normals light the displaced surface.
-    pub normals: Normals,
-}
-
-impl Default for Displace {
-    fn default() -> Self {
-        Self { lambda: 1.0, bias: None, scale: None, normals: Normals::default() }
-    }
-}
-
-named! {
-/// Which normals light a displaced surface. A scene without a map is lit with those of its file.
-pub enum Normals {
-    /// Those of the displaced positions.
-    #[default]
-    Derived,
-    /// Those of the mesh before it was displaced.
-    Base,
-    /// The baked normal map, as much of it as λ says.
-    Map,
-}
-}
-
-named! {
-/// What the surface shows.
-pub enum Shading {
-    /// Lit with the normal of each triangle: shows the noise as it is.
-    Flat,
-    /// Lit at the vertices, and colours blended in between (Gouraud 1971).
-    Gouraud,
-    /// Lit at each pixel with blended vertex normals (Blinn-Phong).
-    #[default]
-    Phong,
-    /// The same with the texture of the material.
-    Texture,
-    /// The same with normals tilted by the slope of the height map (Blinn 1978); without a map like Phong.
-    Bump,
-    /// The same with the normals of the normal map; without one like Phong.
-    NormalMap,
-    /// Matte clay under a studio's light, whatever the lights: for judging noise.
-    Clay,
-    /// Normals as colours: n in model space is (2·rgb − 1) of the stored values.
-    Normals,
-    /// A chequered texture: shows how the texture coordinates stretch.
-    Checker,
-    /// The same with veins of noise in three dimensions: a texture that needs no texture coordinates (Perlin 1985).
-    Marble,
-    /// The heights of the map, or the lengths of its vectors.
-    Height,
-    /// A number per vertex through a colour map: how far off each is, say.
-    Heat,
-}
-}
-
-named! {
-/// What is drawn on top of the surface.
-pub enum Overlay {
-    /// Nothing.
-    #[default]
-    None,
-    /// The edges of the mesh.
-    Wireframe,
-    /// The edges at which the texture is cut.
-    Seams,
-}
-}
-
-named! {
-/// How textures are read between their texels.
-pub enum Sampling {
-    /// The nearest texel.
-    Nearest,
-    /// Between the four nearest texels.
-    Bilinear,
-    /// A cubic B-spline over sixteen texels, which is smooth and blurs a little.
-    Bicubic,
-    /// Between the eight nearest texels of two levels of detail.
-    #[default]
-    Trilinear,
-    /// The same, up to sixteen times along the direction in which the texture is squeezed.
-    Anisotropic,
-}
-}
-
-/// What the surface is made of (Blinn-Phong).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Material {
-    /// Where the scene has no texture.
-    pub colour: Colour,
-    /// Strength of the highlight.
-    pub specular: f32,
-    /// Sharpness of the highlight.
-    pub exponent: f32,
-}
-
-impl Default for Material {
-    /// Unglazed clay.
-    fn default() -> Self {
-        Self { colour: Colour::hex(0xe2c4ae), specular: 0.12, exponent: 28.0 }
-    }
-}
-
 /// A vertical gradient.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Background {
-    /// In the first row.
+    /// Colour of the first row.
     pub top: Colour,
-    /// In the last row.
+    /// Colour of the last row.
     pub bottom: Colour,
 }
 
@@ -250,86 +132,8 @@ impl Default for Background {
     }
 }
 
-/// A chequered texture.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Checker {
-    /// Squares along the unit square's side.
-    pub squares: f32,
-    /// Of the square at the origin.
-    pub light: Colour,
-    /// Of its neighbours.
-    pub dark: Colour,
-}
-
-impl Default for Checker {
-    fn default() -> Self {
-        Self { squares: 32.0, light: Colour::hex(0xf2efe9), dark: Colour::hex(0x5b7f95) }
-    }
-}
-
-/// Veins in a stone of the material's colour.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Marble {
-    /// Cells of the noise along a radius of the model's bounding sphere.
-    pub frequency: f32,
-    /// Of the veins.
-    pub colour: Colour,
-}
-
-impl Default for Marble {
-    fn default() -> Self {
-        Self { frequency: 2.5, colour: Colour::hex(0x4a4038) }
-    }
-}
-
-/// How a number becomes a colour.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Heat {
-    /// Which colours.
-    pub map: Colormap,
-    /// Which numbers; by default all that the scene has, with zero in the middle of a diverging map.
-    pub range: Option<Range>,
-    /// How much the lights show the shape, 0..1; at 0 colours are exactly those of the bar.
-    pub relief: f32,
-}
-
-impl Default for Heat {
-    fn default() -> Self {
-        Self { map: Colormap::Diverging, range: None, relief: 0.5 }
-    }
-}
-
-/// The numbers at the ends of a colour map.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Range {
-    /// At the first colour.
-    pub low: f32,
-    /// At the last colour.
-    pub high: f32,
-}
-
-/// Why a text is not the settings of a picture.
-#[derive(Debug, Error)]
-pub enum SettingsError {
-    /// Not JSON, an unknown field or a value of the wrong kind.
-    #[error("{0}")]
-    Json(#[from] serde_json::Error),
-    /// A number out of its range.
-    #[error("{name} must be {expected}")]
-    OutOfRange {
-        /// The field.
-        name: &'static str,
-        /// What it may be.
-        expected: &'static str,
-    },
-}
-
 impl Settings {
-    /// Reads JSON; what it leaves out keeps its default.
+    /// Reads JSON; fields that it leaves out keep their defaults.
     pub fn from_json(json: &[u8]) -> Result<Self, SettingsError> {
         let settings: Self = serde_json::from_slice(json)?;
         settings.check()?;
@@ -341,70 +145,41 @@ impl Settings {
         Ok(serde_json::to_string_pretty(self)? + "\n")
     }
 
-    /// Refuses numbers that no picture can be drawn with.
+    /// Refuses numbers that no picture can be drawn with, and names the field.
     pub fn check(&self) -> Result<(), SettingsError> {
-        let Camera { yaw, pitch, distance, target, projection, .. } = self.camera;
-        let field_of_view = match projection {
-            Projection::Perspective { field_of_view } => field_of_view,
-            Projection::Orthographic => 90.0,
-        };
-        let Material { specular, exponent, .. } = self.material;
-        let amount = |x: f32| (0.0..=1e3).contains(&x);
-        let light = |l: &Light| {
-            let near = |distance: f32| (0.01..=1e3).contains(&distance);
-            let kind = match l.kind {
-                LightKind::Directional => true,
-                LightKind::Point { distance } => near(distance),
-                LightKind::Spot { distance, angle } => near(distance) && (1.0..=170.0).contains(&angle),
-            };
-            l.azimuth.is_finite() && l.elevation.is_finite() && amount(l.intensity) && kind
-        };
-        let given = |x: Option<f32>| x.is_none_or(f32::is_finite);
-        let ordered = |r: Range| r.low < r.high && (r.high - r.low).is_finite();
         let pixels = 1..=16_384;
-        let rules = [
+        require(&[
             (pixels.contains(&self.size.width), "size.width", "1..16384"),
             (pixels.contains(&self.size.height), "size.height", "1..16384"),
             ((1..=8).contains(&self.supersampling), "supersampling", "1..8"),
-            (yaw.is_finite() && pitch.is_finite(), "camera.yaw and camera.pitch", "finite"),
-            ((0.01..=1e3).contains(&distance), "camera.distance", "0.01..1000"),
-            (target.abs().max_element() <= 1e3, "camera.target", "at most 1000 radii away"),
-            ((1.0..=150.0).contains(&field_of_view), "field_of_view", "1..150 degrees"),
-            (self.displace.lambda.abs() <= 1e6, "displace.lambda", "a strength"),
-            (given(self.displace.bias) && given(self.displace.scale), "displace.bias and displace.scale", "finite"),
-            (amount(specular), "material.specular", "0..1000"),
-            ((1.0..=1e4).contains(&exponent), "material.exponent", "1..10000"),
+        ])?;
+        self.camera.check()?;
+        self.displace.check()?;
+        self.material.check()?;
+        require(&[
             (self.lights.len() <= MAX_LIGHTS, "lights", "at most four"),
             (
-                self.lights.iter().all(light),
+                self.lights.iter().all(Light::is_valid),
                 "each light",
                 "finite, its intensity 0..1000, its distance 0.01..1000, its angle 1..170",
             ),
-            (amount(self.ambient.intensity), "ambient.intensity", "0..1000"),
-            ((0.0..=1e5).contains(&self.checker.squares), "checker.squares", "0..100000"),
-            ((0.0..=1e5).contains(&self.marble.frequency), "marble.frequency", "0..100000"),
-            (self.heat.range.is_none_or(ordered), "heat.range", "finite and ascending"),
-            ((0.0..=1.0).contains(&self.heat.relief), "heat.relief", "0..1"),
-        ];
-        require(&rules)?;
+        ])?;
+        self.ambient.check()?;
+        self.checker.check()?;
+        self.marble.check()?;
+        self.heat.check()?;
         self.shadow.check()?;
         self.ground.check()?;
         self.environment.as_ref().map_or(Ok(()), Surroundings::check)
     }
 }
 
-/// Refuses by name what breaks the first rule that does not hold: (holds, field, what it may be).
-pub(crate) fn require(rules: &[(bool, &'static str, &'static str)]) -> Result<(), SettingsError> {
-    match rules.iter().find(|(holds, ..)| !holds) {
-        Some(&(_, name, expected)) => Err(SettingsError::OutOfRange { name, expected }),
-        None => Ok(()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::UpAxis;
+    use camera::{Projection, UpAxis};
+    use lights::LightKind;
+    use serde_json::Value;
 
     #[test]
     fn a_file_round_trips() {
@@ -449,8 +224,48 @@ mod tests {
         }
     }
 
+    /// Settings with every optional part.
+    fn everything() -> Settings {
+        let mut settings = Settings::default();
+        settings.lights[0].kind = LightKind::Spot { distance: 2.0, angle: 30.0 };
+        settings.lights[1].kind = LightKind::Point { distance: 2.0 };
+        settings.displace.bias = Some(0.5);
+        settings.displace.scale = Some(0.5);
+        settings.heat.range = Some(Range { low: 0.0, high: 1.0 });
+        settings.environment = Some(Surroundings::default());
+        settings
+    }
+
+    /// Paths of all numbers of a JSON value.
+    fn numbers(value: &Value, path: &str, into: &mut Vec<String>) {
+        match value {
+            Value::Number(_) => into.push(path.to_owned()),
+            Value::Array(all) => all.iter().enumerate().for_each(|(i, v)| numbers(v, &format!("{path}/{i}"), into)),
+            Value::Object(all) => all.iter().for_each(|(k, v)| numbers(v, &format!("{path}/{k}"), into)),
+            _ => {}
+        }
+    }
+
     #[test]
-    fn defaults_pass_the_check() {
-        Settings::default().check().unwrap();
+    fn every_number_but_angles_and_heights_has_a_range() {
+        let json = serde_json::to_value(everything()).unwrap();
+        let mut paths = Vec::new();
+        numbers(&json, "", &mut paths);
+        assert!(paths.len() > 40, "{paths:?}");
+        let unbounded = ["yaw", "pitch", "rotation", "azimuth", "elevation", "bias", "scale"];
+        for path in paths {
+            let mut huge = json.clone();
+            *huge.pointer_mut(&path).unwrap() = Value::from(1e30);
+            let refused = Settings::from_json(huge.to_string().as_bytes()).is_err();
+            let bounded = !unbounded.iter().any(|name| path.ends_with(&format!("/{name}")));
+            // The upper end of a range of colours may be anywhere above the lower one.
+            assert_eq!(refused, bounded && path != "/heat/range/high", "{path}");
+        }
+    }
+
+    #[test]
+    fn words_are_those_of_json() {
+        assert_eq!(serde_json::to_value(Shading::ALL).unwrap(), serde_json::to_value(Shading::NAMES).unwrap());
+        assert_eq!(serde_json::to_value(Shading::NormalMap).unwrap(), Shading::NormalMap.name());
     }
 }

@@ -1,15 +1,12 @@
-//! The only file that reads `shaders/`.
+//! Programs joined from the files of `planish-shaders`, for the choices of the settings.
 
+use crate::settings::shadow::{Filter, Outside};
 use crate::settings::{Normals, Overlay, Sampling, Shading};
-use crate::shadow::{Filter, Outside};
-use clap::ValueEnum;
+use planish_shaders::{
+    BACKGROUND, DISPLACE, ENVIRONMENT, FRAME, GROUND, LIGHT, MESH, NOISE, NORMALS, SHADOW, SHADOW_MAP, SHADOW_VIEW,
+    SURFACE, TEXTURES,
+};
 use std::fmt::Write as _;
-
-macro_rules! wgsl {
-    ($name:literal) => {
-        include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shaders/", $name))
-    };
-}
 
 /// One shader module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,29 +34,13 @@ impl Program {
 
     fn parts(self) -> &'static [&'static str] {
         match self {
-            Self::Displace => &[wgsl!("displace.wgsl")],
-            Self::Background => &[wgsl!("frame.wgsl"), wgsl!("environment.wgsl"), wgsl!("background.wgsl")],
-            Self::Mesh => &[
-                wgsl!("frame.wgsl"),
-                wgsl!("displace.wgsl"),
-                wgsl!("surface.wgsl"),
-                wgsl!("shadow.wgsl"),
-                wgsl!("environment.wgsl"),
-                wgsl!("light.wgsl"),
-                wgsl!("textures.wgsl"),
-                wgsl!("noise.wgsl"),
-                wgsl!("mesh.wgsl"),
-            ],
-            Self::Normals => &[wgsl!("displace.wgsl"), wgsl!("surface.wgsl"), wgsl!("normals.wgsl")],
-            Self::Shadow => &[wgsl!("displace.wgsl"), wgsl!("surface.wgsl"), wgsl!("shadow_map.wgsl")],
-            Self::ShadowView => &[wgsl!("frame.wgsl"), wgsl!("shadow.wgsl"), wgsl!("shadow_view.wgsl")],
-            Self::Ground => &[
-                wgsl!("frame.wgsl"),
-                wgsl!("shadow.wgsl"),
-                wgsl!("environment.wgsl"),
-                wgsl!("light.wgsl"),
-                wgsl!("ground.wgsl"),
-            ],
+            Self::Displace => &[DISPLACE],
+            Self::Background => &[FRAME, ENVIRONMENT, BACKGROUND],
+            Self::Mesh => &[FRAME, DISPLACE, SURFACE, SHADOW, ENVIRONMENT, LIGHT, TEXTURES, NOISE, MESH],
+            Self::Normals => &[DISPLACE, SURFACE, NORMALS],
+            Self::Shadow => &[DISPLACE, SURFACE, SHADOW_MAP],
+            Self::ShadowView => &[FRAME, SHADOW, SHADOW_VIEW],
+            Self::Ground => &[FRAME, SHADOW, ENVIRONMENT, LIGHT, GROUND],
         }
     }
 }
@@ -85,27 +66,26 @@ pub struct Variant {
 pub fn source(program: Program, variant: Variant) -> String {
     let mut text = program.parts().concat();
     if matches!(program, Program::Mesh) {
-        constants(&mut text, "SHADING", Shading::ALL, variant.shading);
-        constants(&mut text, "NORMALS", Normals::ALL, variant.normals);
-        constants(&mut text, "OVERLAY", Overlay::ALL, variant.overlay);
-        constants(&mut text, "SAMPLING", Sampling::ALL, variant.sampling);
+        constants(&mut text, "SHADING", Shading::NAMES, variant.shading.name());
+        constants(&mut text, "NORMALS", Normals::NAMES, variant.normals.name());
+        constants(&mut text, "OVERLAY", Overlay::NAMES, variant.overlay.name());
+        constants(&mut text, "SAMPLING", Sampling::NAMES, variant.sampling.name());
     }
     if matches!(program, Program::Mesh | Program::ShadowView | Program::Ground) {
-        constants(&mut text, "FILTER", Filter::ALL, variant.filter);
-        constants(&mut text, "OUTSIDE", Outside::ALL, variant.outside);
+        constants(&mut text, "FILTER", Filter::NAMES, variant.filter.name());
+        constants(&mut text, "OUTSIDE", Outside::NAMES, variant.outside.name());
     }
     text
 }
 
-/// Numbers for the choices of the settings, `const SHADING_FLAT = 0u;` and so on, and the one that is chosen.
-fn constants<T: Copy + ValueEnum + PartialEq>(text: &mut String, prefix: &str, all: &[T], chosen: T) {
-    for (number, choice) in all.iter().enumerate() {
-        let value = choice.to_possible_value();
-        let name = value.map_or_else(String::new, |value| value.get_name().to_uppercase().replace('-', "_"));
+/// Appends numbers for the choices of a setting, `const SHADING_FLAT = 0u;` and so on, and the chosen one as `SHADING`.
+fn constants(text: &mut String, prefix: &str, names: &[&str], chosen: &str) {
+    for (number, &name) in names.iter().enumerate() {
+        let word = name.to_uppercase().replace('-', "_");
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "const {prefix}_{name} = {number}u;");
-        if *choice == chosen {
-            let _ = writeln!(text, "const {prefix} = {prefix}_{name};");
+        let _ = writeln!(text, "const {prefix}_{word} = {number}u;");
+        if name == chosen {
+            let _ = writeln!(text, "const {prefix} = {prefix}_{word};");
         }
     }
 }

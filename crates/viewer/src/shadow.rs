@@ -2,136 +2,17 @@
 //!
 //! Lance Williams. Casting curved shadows on curved surfaces. SIGGRAPH 1978.
 
+pub use crate::settings::shadow::{Casters, Filter, LightProjection, Outside, Shadow};
+use crate::bounds::Sphere;
 use crate::camera::View;
-use crate::ground;
-use crate::lights::{Lamp, Light, LightKind, MAX_LIGHTS};
-use crate::scene::{Scene, Sphere};
-use crate::settings::{Settings, SettingsError, named, require};
-use clap::ValueEnum;
+use crate::draw_parameters::reach;
+use crate::ground::{self, Floor};
+use crate::lights::Lamp;
+use crate::scene::Scene;
+use crate::settings::Settings;
+use crate::settings::lights::{Light, LightKind, MAX_LIGHTS};
 use glam::camera::rh::proj::directx;
 use glam::{Mat3, Mat4, Vec3};
-use serde::{Deserialize, Serialize};
-
-/// How lights cast shadows.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Shadow {
-    /// How a map is asked.
-    pub filter: Filter,
-    /// Texels along a side of a map.
-    pub size: u32,
-    /// For [`Filter::Pcf`]: texels along a side of the square whose mean is taken, 3, 5 or 7.
-    pub kernel: u32,
-    /// The surface is looked for max(slope_bias · (1 − n·l), least_bias) nearer to the light than it is, in radii of the
-    /// model's bounding sphere. Too little shows as acne, too much as shadows that come off their casters.
-    pub slope_bias: f32,
-    /// See [`Self::slope_bias`].
-    pub least_bias: f32,
-    /// For [`Filter::Pcss`]: how large lights look from the middle of the model, degrees.
-    pub light_angle: f32,
-    /// How a light's view is flattened.
-    pub projection: LightProjection,
-    /// Half the width of the map of a light far away, in radii of the model's bounding sphere.
-    pub extent: f32,
-    /// What is in the map.
-    pub casters: Casters,
-    /// What the light does not see.
-    pub outside: Outside,
-    /// Shows this map instead of the picture, its depth from black (near) to white (far); a point light has six.
-    pub show_map: Option<u32>,
-}
-
-impl Default for Shadow {
-    fn default() -> Self {
-        Self {
-            filter: Filter::default(),
-            size: 2048,
-            kernel: 3,
-            slope_bias: 0.05,
-            least_bias: 0.005,
-            light_angle: 6.0,
-            projection: LightProjection::default(),
-            extent: 1.0,
-            casters: Casters::default(),
-            outside: Outside::default(),
-            show_map: None,
-        }
-    }
-}
-
-named! {
-/// How a shadow map is asked.
-pub enum Filter {
-    /// Not at all: nothing casts a shadow.
-    #[default]
-    None,
-    /// One texel: jagged edges.
-    Hard,
-    /// The mean of a square of answers, each blended between four texels (percentage-closer filtering, Reeves, Salesin,
-    /// Cook, SIGGRAPH 1987).
-    Pcf,
-    /// The further the caster, the wider the penumbra (percentage-closer soft shadows, Fernando, SIGGRAPH sketches 2005).
-    Pcss,
-}
-}
-
-named! {
-/// How a light's view is flattened. A point light always sees six squares in perspective.
-pub enum LightProjection {
-    /// Parallel rays for a light far away, perspective for a spot.
-    #[default]
-    Fitting,
-    /// Parallel rays.
-    Orthographic,
-    /// A light far away is taken to be four radii from the middle of the model.
-    Perspective,
-}
-}
-
-named! {
-/// What is in a shadow map.
-pub enum Casters {
-    /// Both sides of every triangle.
-    #[default]
-    All,
-    /// Those that face away from the light: closed surfaces need hardly any bias then, and shadows stay with their casters.
-    BackFaces,
-}
-}
-
-named! {
-/// What lies in no light's view.
-pub enum Outside {
-    /// Is lit, and so is what lies further than a view reaches.
-    #[default]
-    Lit,
-    /// Gets what the map has if it is repeated like a texture. Wrong, and here to be seen.
-    Repeated,
-}
-}
-
-impl Shadow {
-    /// Refuses numbers that no shadow can be drawn with.
-    pub fn check(&self) -> Result<(), SettingsError> {
-        let bias = |x: f32| (0.0..=10.0).contains(&x);
-        require(&[
-            ((16..=8192).contains(&self.size), "shadow.size", "16..8192"),
-            (matches!(self.kernel, 3 | 5 | 7), "shadow.kernel", "3, 5 or 7"),
-            (bias(self.slope_bias) && bias(self.least_bias), "shadow.slope_bias and shadow.least_bias", "0..10"),
-            ((0.0..=60.0).contains(&self.light_angle), "shadow.light_angle", "0..60 degrees"),
-            ((0.1..=100.0).contains(&self.extent), "shadow.extent", "0.1..100"),
-        ])
-    }
-}
-
-/// Where shadows fall: a level plane under the model.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Floor {
-    /// Unit, away from the model's bottom.
-    pub(crate) up: Vec3,
-    /// From the plane to the middle of the model.
-    pub(crate) height: f32,
-}
 
 /// A picture that a light takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -171,7 +52,7 @@ const LONGEST: f32 = 20.0;
 /// What each of the lights sees.
 pub(crate) fn eyes_of_lights(scene: &Scene, settings: &Settings, view: &View, lamps: &[Lamp]) -> Vec<Vec<Eye>> {
     let floor = ground::floor(scene, settings, view.up_in_world);
-    let bounds = scene.displaced_bounds(settings);
+    let bounds = scene.displaced_bounds(reach(scene, settings));
     let eyes = |(light, lamp)| eyes(light, lamp, &settings.shadow, bounds, floor);
     settings.lights.iter().zip(lamps).map(eyes).collect()
 }
@@ -258,9 +139,9 @@ fn view(world_from_view: Mat3, eye: Vec3) -> Mat4 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::Camera;
     use crate::colour::Colour;
-    use crate::lights::Anchor;
+    use crate::settings::camera::Camera;
+    use crate::settings::lights::Anchor;
 
     const BOUNDS: Sphere = Sphere { centre: Vec3::new(0.3, -2.0, 1.0), radius: 0.7 };
     const KINDS: [LightKind; 3] =

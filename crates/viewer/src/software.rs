@@ -5,23 +5,24 @@
 //! out, so that the picture has the same bits on any number of threads.
 
 mod clip;
-mod legend;
 mod raster;
+mod shading;
 mod shadows;
-
-pub(crate) use shadows::ShadowMaps;
 
 use crate::camera::View;
 use crate::colour::pixel_from_linear;
+use crate::draw_parameters::normal_map_strength;
 use crate::ground::{self, Disc};
-use crate::scene::{Mesh, Scene, Triangle};
+use crate::legend;
+use crate::mesh::{Mesh, Triangle};
+use crate::scene::Scene;
 use crate::settings::{Normals, Settings, Shading};
-use crate::shading::{Fragment, Shader, heat_range, normal_map_strength};
 use glam::{DVec2, Vec2, Vec3, Vec4, Vec4Swizzles};
 use image::RgbaImage;
 use planish_geometry::texture::tangents::Tangent;
 use raster::{Grid, ScreenTriangle};
 use rayon::prelude::*;
+use shading::{Fragment, Shader};
 use std::borrow::Cow;
 
 /// Rows of pixels that one task draws: enough to share out evenly, not so few that triangles are met often.
@@ -39,17 +40,8 @@ pub fn render(scene: &Scene, settings: &Settings) -> RgbaImage {
     image.par_chunks_mut(band_bytes).zip(&bands).enumerate().for_each(|(band, (pixels, triangles))| {
         picture.draw(band * BAND_ROWS, triangles, pixels);
     });
-    add_legend(&mut image, scene, settings);
+    legend::add(&mut image, scene, settings);
     image
-}
-
-/// The colour bar of a heat map.
-pub(crate) fn add_legend(image: &mut RgbaImage, scene: &Scene, settings: &Settings) {
-    if matches!(settings.shading, Shading::Height | Shading::Heat)
-        && let Some(range) = heat_range(scene, settings)
-    {
-        legend::draw(image, settings.heat.map, range);
-    }
 }
 
 /// What lies nearest at a sample.

@@ -1,80 +1,13 @@
-//! What the settings say about an environment.
+//! Light that an environment sends to a picture: background, ambient light, mirror images and its sun.
 
 use super::Environment;
-use super::file::Source;
-use super::scenes;
-use crate::camera::{Camera, Projection, View};
-use crate::scene::Scene;
-use crate::settings::{Settings, SettingsError, named, require};
-use clap::ValueEnum;
+use crate::camera::View;
+use crate::settings::Settings;
+use crate::settings::camera::{Camera, Projection};
+use crate::settings::environment::{Part, Surroundings};
 use glam::{Mat3, Vec2, Vec3};
-use serde::{Deserialize, Serialize};
-
-/// An environment and what is seen of it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Surroundings {
-    /// Where it comes from.
-    pub source: Source,
-    /// Texels along a side of its cube map.
-    pub resolution: u32,
-    /// Turns it to the right about the up axis, degrees; at 0 its middle lies ahead of the eye at yaw 0.
-    pub rotation: f32,
-    /// Multiplies its light.
-    pub intensity: f32,
-    /// Behind the model; hidden, [`Settings::background`] is there.
-    pub background: Part,
-    /// How blurred the background is, 0..1.
-    pub blur: f32,
-    /// Its diffuse light; hidden, [`Settings::ambient`] shines.
-    pub ambient: Part,
-    /// How much the surface mirrors if looked at along its normal, 0..1; more at grazing angles (Schlick 1994).
-    pub reflectance: f32,
-    /// How blurred mirror images are, 0..1.
-    pub roughness: f32,
-}
-
-impl Default for Surroundings {
-    fn default() -> Self {
-        Self {
-            source: Source::Scene(scenes::Scene::Desert),
-            resolution: 512,
-            rotation: 0.0,
-            intensity: 1.0,
-            background: Part::default(),
-            blur: 0.0,
-            ambient: Part::default(),
-            reflectance: 0.0,
-            roughness: 0.3,
-        }
-    }
-}
-
-named! {
-/// Whether some part of an environment is there.
-pub enum Part {
-    /// It is.
-    #[default]
-    Shown,
-    /// It is not.
-    Hidden,
-}
-}
 
 impl Surroundings {
-    /// Refuses numbers that no picture can be drawn with.
-    pub fn check(&self) -> Result<(), SettingsError> {
-        let share = |x: f32| (0.0..=1.0).contains(&x);
-        require(&[
-            ((16..=2048).contains(&self.resolution), "environment.resolution", "16..2048"),
-            (self.rotation.is_finite(), "environment.rotation", "finite"),
-            ((0.0..=1e3).contains(&self.intensity), "environment.intensity", "0..1000"),
-            (share(self.blur), "environment.blur", "0..1"),
-            (share(self.reflectance), "environment.reflectance", "0..1"),
-            (share(self.roughness), "environment.roughness", "0..1"),
-        ])
-    }
-
     /// The environment's axes (right, up, ahead: left-handed) from those of the world.
     fn environment_from_world(&self, camera: &Camera) -> Mat3 {
         let (up, front) = camera.axes();
@@ -83,20 +16,25 @@ impl Surroundings {
     }
 }
 
-/// An environment as a picture asks it. Twin of `shaders/environment.wgsl`.
+/// An environment turned to the camera of a picture. Twin of `shaders/environment.wgsl`.
 #[derive(Clone, Debug)]
 pub(crate) struct Around<'a> {
     pub(crate) surroundings: &'a Surroundings,
     pub(crate) environment: &'a Environment,
     pub(crate) environment_from_world: Mat3,
-    /// Columns: to the right rim, the upper rim and the middle of the picture; in the environment.
+    /// Columns: directions to the right rim, the upper rim and the middle of the picture, in the environment.
     pub(crate) rays: Mat3,
 }
 
 impl<'a> Around<'a> {
-    /// None where the settings want none, or the scene has none.
-    pub(crate) fn new(scene: &'a Scene, settings: &'a Settings, view: &View, aspect: f32) -> Option<Self> {
-        let (surroundings, environment) = (settings.environment.as_ref()?, scene.environment.as_ref()?);
+    /// Turns an environment; `None` where there is none, or the settings want none.
+    pub(crate) fn new(
+        environment: Option<&'a Environment>,
+        settings: &'a Settings,
+        view: &View,
+        aspect: f32,
+    ) -> Option<Self> {
+        let (surroundings, environment) = (settings.environment.as_ref()?, environment?);
         let environment_from_world = surroundings.environment_from_world(&settings.camera);
         // With parallel rays the whole background would be one point of the environment.
         let field_of_view = match settings.camera.projection {
@@ -117,19 +55,19 @@ impl<'a> Around<'a> {
         self.surroundings.intensity * levels[finer].at(direction).lerp(levels[coarser].at(direction), level.fract())
     }
 
-    /// Diffuse light from everywhere, in units of what makes a white surface white; none where it does not shine.
+    /// Diffuse light from everywhere, in units of what makes a white surface white; `None` where it does not shine.
     pub(crate) fn ambient(&self, normal: Vec3) -> Option<Vec3> {
         (self.surroundings.ambient == Part::Shown)
             .then(|| self.surroundings.intensity * self.environment.irradiance.at(self.environment_from_world * normal))
     }
 
-    /// What is behind the model at a place of the picture, −1..1 right and up; none where it is not seen.
+    /// Radiance behind the model at a position of the picture, −1..1 right and up; `None` where it is not seen.
     pub(crate) fn background(&self, at: Vec2) -> Option<Vec3> {
         let direction = self.rays * at.extend(1.0);
         (self.surroundings.background == Part::Shown).then(|| self.radiance(direction, self.surroundings.blur))
     }
 
-    /// What a surface sends to the eye if it also mirrors the environment (Schlick 1994; rough surfaces shine less at grazing
+    /// Light that a surface sends to the eye if it also mirrors the environment (Schlick 1994; rough surfaces shine less at grazing
     /// angles).
     pub(crate) fn mirroring(&self, colour: Vec3, normal: Vec3, to_eye: Vec3) -> Vec3 {
         let Surroundings { reflectance: r, roughness, .. } = *self.surroundings;
@@ -143,9 +81,9 @@ impl<'a> Around<'a> {
     }
 }
 
-/// Direction to the sun of a scene's environment and the light that a surface which faces it sends back, world space.
-pub(crate) fn sun(scene: &Scene, settings: &Settings) -> Option<(Vec3, Vec3)> {
-    let (surroundings, sun) = (settings.environment.as_ref()?, scene.environment.as_ref()?.sun?);
+/// Direction to the sun of a generated environment, world space, and the light that a surface which faces it sends back.
+pub(crate) fn sun(environment: Option<&Environment>, settings: &Settings) -> Option<(Vec3, Vec3)> {
+    let (surroundings, sun) = (settings.environment.as_ref()?, environment?.sun?);
     let world_from_environment = surroundings.environment_from_world(&settings.camera).transpose();
     let radiance = surroundings.intensity / std::f32::consts::PI * sun.irradiance;
     Some((world_from_environment * sun.direction, radiance))
@@ -154,15 +92,13 @@ pub(crate) fn sun(scene: &Scene, settings: &Settings) -> Option<(Vec3, Vec3)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::UpAxis;
+    use crate::bounds::Sphere;
     use crate::environment::cube::CubeMap;
-    use crate::scene::Mesh;
+    use crate::settings::camera::UpAxis;
 
-    /// Radiance is where it comes from.
-    fn scene() -> Scene {
-        let mut scene = Scene::new(Mesh::default()).unwrap();
-        scene.environment = Some(Environment::new(CubeMap::from_fn(64, |d| 0.5 + 0.5 * d)));
-        scene
+    /// An environment whose radiance is the direction that it comes from.
+    fn directions() -> Environment {
+        Environment::new(CubeMap::from_fn(64, |d| 0.5 + 0.5 * d))
     }
 
     fn at_yaw_0(up: UpAxis, rotation: f32) -> Settings {
@@ -177,9 +113,9 @@ mod tests {
     fn at_yaw_0_the_eye_looks_ahead_and_turns_go_to_the_right() {
         for up in [UpAxis::Y, UpAxis::Z] {
             for (rotation, expected) in [(0.0, Vec3::Z), (90.0, Vec3::NEG_X)] {
-                let (scene, settings) = (scene(), at_yaw_0(up, rotation));
-                let view = settings.camera.view(scene.bounds(), 1.5);
-                let around = Around::new(&scene, &settings, &view, 1.5).unwrap();
+                let (environment, settings) = (directions(), at_yaw_0(up, rotation));
+                let view = settings.camera.view(Sphere::default(), 1.5);
+                let around = Around::new(Some(&environment), &settings, &view, 1.5).unwrap();
                 let found = around.background(Vec2::ZERO).unwrap();
                 assert!(found.abs_diff_eq(0.5 + 0.5 * expected, 0.01), "{up:?} {rotation}: {found}");
                 let (above, _) = settings.camera.axes();
@@ -193,9 +129,9 @@ mod tests {
 
     #[test]
     fn a_mirror_that_faces_the_eye_shows_what_is_behind_it() {
-        let (scene, settings) = (scene(), at_yaw_0(UpAxis::Y, 0.0));
-        let view = settings.camera.view(scene.bounds(), 1.0);
-        let around = Around::new(&scene, &settings, &view, 1.0).unwrap();
+        let (environment, settings) = (directions(), at_yaw_0(UpAxis::Y, 0.0));
+        let view = settings.camera.view(Sphere::default(), 1.0);
+        let around = Around::new(Some(&environment), &settings, &view, 1.0).unwrap();
         let seen = around.mirroring(Vec3::ZERO, Vec3::Z, Vec3::Z);
         assert!(seen.abs_diff_eq(Vec3::new(0.5, 0.5, 0.0), 0.01), "{seen}");
         let tilted = Vec3::new(1.0, 0.0, 1.0).normalize();

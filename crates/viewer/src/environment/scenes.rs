@@ -8,17 +8,8 @@ use super::noise::fractal;
 use super::sky::Sky;
 use super::terrain::{Landscape, panorama};
 use glam::{Vec2, Vec3};
-use serde::{Deserialize, Serialize};
 
-/// A landscape.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Scene {
-    /// Dunes in the afternoon; the sun is on the left.
-    Desert,
-    /// Floes on a polar sea; the sun is low, on the right.
-    Ice,
-}
+pub use crate::settings::environment::Scene;
 
 /// A disc of light.
 #[derive(Clone, Copy, Debug, PartialEq)]

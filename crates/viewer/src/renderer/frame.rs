@@ -1,6 +1,6 @@
 //! Settings as the shaders get them.
 
-use super::derives_normals;
+use crate::draw_parameters::{LINE_WIDTH, derives_normals, heat_range, marble_frequency, normal_map_strength};
 use crate::gpu_types::{Displacement, Frame, Light};
 use crate::ground;
 use crate::lights::{Lamp, lamps};
@@ -8,7 +8,6 @@ use crate::relief::Relief;
 use crate::scene::Scene;
 use crate::settings::{Displace, Normals, Settings, Shading, Size};
 use crate::shaders::Variant;
-use crate::shading::{LINE_WIDTH, heat_range, marble_frequency, normal_map_strength};
 use glam::Mat4;
 use planish_geometry::displacement::MapKind;
 

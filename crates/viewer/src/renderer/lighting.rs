@@ -4,16 +4,19 @@ use super::bindings::{Layouts, bind};
 use super::pictures;
 use super::uploaded::Uploaded;
 use crate::camera::View;
-use crate::environment::{Around, Part};
+use crate::environment::sample::Around;
 use crate::gpu::{DEPTH, Gpu};
 use crate::gpu_types::{Caster, Environment, Eye, Ground, Shadows};
-use crate::ground::{self, Disc, Show};
+use crate::ground::{self, Disc};
 use crate::lights::lamps;
 use crate::scene::Scene;
+use crate::settings::environment::Part;
+use crate::settings::ground::Show;
+use crate::settings::shadow::Filter;
 use crate::settings::{Settings, Shading};
-use crate::shadow::{self, Filter, Rays};
+use crate::shadow::{self, Rays};
 use bytemuck::Zeroable as _;
-use glam::{Mat4, Vec3};
+use glam::Mat4;
 use std::sync::{Mutex, PoisonError};
 use wgpu::BufferUsages;
 
@@ -181,7 +184,7 @@ fn shadows(scene: &Scene, settings: &Settings, view: &View) -> (Shadows, usize) 
 }
 
 fn environment(scene: &Scene, settings: &Settings, view: &View, aspect: f32) -> Environment {
-    let Some(around) = Around::new(scene, settings, view, aspect) else { return Environment::zeroed() };
+    let Some(around) = Around::new(scene.environment.as_ref(), settings, view, aspect) else { return Environment::zeroed() };
     let Around { surroundings, environment, environment_from_world, rays } = around;
     let shown = |part| f32::from(u8::from(part == Part::Shown));
     Environment {
@@ -204,10 +207,4 @@ fn ground_of(scene: &Scene, settings: &Settings, view: &View) -> Option<Ground> 
     let (_, front) = settings.camera.axes();
     let catches = f32::from(u8::from(show == Show::Shadows));
     Some(Ground { centre, radius, right: up.cross(front), catches, ahead: -front, colour, ..Ground::zeroed() })
-}
-
-/// The cube map of a scene on the device; black without one.
-pub(super) fn environment_map(gpu: &Gpu, scene: &Scene) -> wgpu::TextureView {
-    let black = [crate::environment::cube::CubeMap::from_fn(1, |_| Vec3::ZERO)];
-    pictures::cube(gpu, scene.environment.as_ref().map_or(&black[..], |environment| &environment.levels))
 }

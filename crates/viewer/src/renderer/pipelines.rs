@@ -4,8 +4,8 @@ use super::bindings::Layouts;
 use super::lighting::Lighting;
 use super::uploaded::Uploaded;
 use crate::gpu::{DEPTH, FORMAT};
+use crate::settings::shadow::Casters;
 use crate::shaders::{Program, Variant, source};
-use crate::shadow::Casters;
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 

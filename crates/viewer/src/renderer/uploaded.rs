@@ -1,8 +1,8 @@
 //! A scene on the device.
 
 use super::bindings::{Layouts, bind};
-use super::lighting;
 use super::pictures::{self, Samplers};
+use crate::environment::cube::CubeMap;
 use crate::gpu::{Gpu, NoGpu};
 use crate::gpu_types::{Displacement, Frame};
 use crate::relief::Relief;
@@ -10,6 +10,7 @@ use crate::render_mesh::{RenderMesh, Run};
 use crate::scene::Scene;
 use crate::settings::Settings;
 use bytemuck::Pod;
+use glam::Vec3;
 use planish_geometry::colormap::Colormap;
 use wgpu::BufferUsages;
 
@@ -85,7 +86,7 @@ impl Uploaded {
             frame,
             displacement,
             places,
-            environment: lighting::environment_map(gpu, scene),
+            environment: environment_map(gpu, scene),
             environment_sampler: pictures::smooth_sampler(device),
             runs: mesh.runs,
             textures: scene.textures.all().iter().map(uploaded).collect(),
@@ -143,4 +144,10 @@ fn map(gpu: &Gpu, relief: &Relief) -> wgpu::TextureView {
             pictures::floats(gpu, [size.width, size.height], 4, texels.as_flattened())
         }
     }
+}
+
+/// The cube map of a scene on the device; black without one.
+fn environment_map(gpu: &Gpu, scene: &Scene) -> wgpu::TextureView {
+    let black = [CubeMap::from_fn(1, |_| Vec3::ZERO)];
+    pictures::cube(gpu, scene.environment.as_ref().map_or(&black[..], |environment| &environment.levels))
 }

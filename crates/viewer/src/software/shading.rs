@@ -3,23 +3,23 @@
 //!
 //! James F. Blinn. Models of light reflection for computer synthesized pictures. SIGGRAPH 1977.
 
+use super::shadows::ShadowMaps;
 use crate::camera::View;
 use crate::colour::linear_from_srgb;
-use crate::environment::Around;
-use crate::ground::{Disc, Show};
+use crate::draw_parameters::{LINE_WIDTH, heat_range, marble_frequency, normal_map_strength};
+use crate::environment::sample::Around;
+use crate::ground::Disc;
 use crate::lights::{Lamp, lamps};
+use crate::mesh::Side;
 use crate::noise::vein;
 use crate::relief::Relief;
-use crate::scene::{Scene, Side};
-use crate::settings::{Normals, Overlay, Range, Sampling, Settings, Shading};
-use crate::software::ShadowMaps;
+use crate::scene::Scene;
+use crate::settings::ground::Show;
+use crate::settings::{Overlay, Range, Sampling, Settings, Shading};
 use glam::{Mat3, Vec2, Vec3, Vec4};
 use planish_geometry::colormap::Colormap;
 use planish_geometry::displacement::{Place, Weights};
 use planish_geometry::texture::tangents::Tangent;
-
-/// Width of the lines of an overlay, pixels.
-pub(crate) const LINE_WIDTH: f32 = 1.2;
 
 /// What the rasteriser knows about the surface at one sample.
 #[derive(Clone, Copy, Debug)]
@@ -77,7 +77,7 @@ impl<'a> Shader<'a> {
             view_from_world: view.world_from_view.transpose(),
             shadows: ShadowMaps::new(scene, settings, view, &lamps, positions),
             lamps,
-            around: Around::new(scene, settings, view, aspect),
+            around: Around::new(scene.environment.as_ref(), settings, view, aspect),
             heat: heat_range(scene, settings).map(|range| (settings.heat.map, range)),
             bumps: bumps.map(|relief| (relief, relief.lift(&settings.displace))),
         }
@@ -278,46 +278,4 @@ fn bumped(relief: &Relief, lift: f32, uv: Vec2, [dp_du, dp_dv]: [Vec3; 2], norma
     let det = normal.dot(dp_du.cross(dp_dv));
     let n = det * normal + slope.x * normal.cross(dp_dv) + slope.y * dp_du.cross(normal);
     if det == 0.0 { normal } else { n.normalize_or_zero() * det.signum() }
-}
-
-/// Cells of the noise per world unit.
-pub(crate) fn marble_frequency(scene: &Scene, settings: &Settings) -> f32 {
-    settings.marble.frequency / scene.bounds().radius.max(f32::MIN_POSITIVE.sqrt())
-}
-
-/// How much of the normal map shows; none where there is none or other normals are asked for.
-pub(crate) fn normal_map_strength(scene: &Scene, settings: &Settings) -> Option<f32> {
-    scene.normal_map.as_ref()?;
-    match settings.displace.normals {
-        _ if settings.shading == Shading::NormalMap => Some(1.0),
-        Normals::Map => Some(settings.displace.lambda.clamp(0.0, 1.0)),
-        Normals::Derived | Normals::Base => None,
-    }
-}
-
-/// Which numbers the ends of the colour map stand for; none if there are no numbers to show.
-pub(crate) fn heat_range(scene: &Scene, settings: &Settings) -> Option<Range> {
-    let heights;
-    let numbers = if settings.shading == Shading::Height {
-        heights = scene.relief.as_ref()?.heights(&settings.displace);
-        &heights
-    } else {
-        scene.mesh().scalars.as_ref()?
-    };
-    if settings.heat.range.is_some() {
-        return settings.heat.range;
-    }
-    let finite = || numbers.iter().copied().filter(|x| x.is_finite());
-    let low = finite().reduce(f32::min)?;
-    let high = finite().reduce(f32::max)?;
-    let range = match settings.heat.map {
-        Colormap::Diverging => {
-            let most = high.abs().max(low.abs());
-            Range { low: -most, high: most }
-        }
-        Colormap::Sequential => Range { low, high },
-    };
-    // Numbers that are all the same still need a range with some width.
-    let slack = if range.low < range.high { 0.0 } else { range.high.abs().max(1.0) };
-    Some(Range { low: range.low - slack, high: range.high + slack })
 }

@@ -6,7 +6,8 @@ use crate::camera::View;
 use crate::lights::Lamp;
 use crate::scene::Scene;
 use crate::settings::Settings;
-use crate::shadow::{self, Casters, Eye, Filter, Outside, Rays, Shadow};
+use crate::settings::shadow::{Casters, Filter, Outside, Shadow};
+use crate::shadow::{self, Eye, Rays};
 use glam::{Mat4, Vec2, Vec3, Vec4, Vec4Swizzles};
 use rayon::prelude::*;
 
