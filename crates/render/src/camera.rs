@@ -1,7 +1,7 @@
 //! A camera in front of a model: from world space to the picture.
 
-pub use crate::settings::camera::{Camera, Projection, UpAxis};
 use crate::bounds::Sphere;
+use crate::settings::camera::{Camera, Projection, UpAxis};
 use glam::camera::rh::proj::directx;
 use glam::{Mat3, Mat4, Vec3, Vec4};
 

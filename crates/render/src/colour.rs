@@ -55,7 +55,7 @@ impl From<Colour> for String {
 }
 
 /// Linear light of an encoded sRGB channel (IEC 61966-2-1). Both 0..1.
-pub(crate) fn linear_from_srgb(encoded: f32) -> f32 {
+pub fn linear_from_srgb(encoded: f32) -> f32 {
     if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 

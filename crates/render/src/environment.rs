@@ -5,7 +5,6 @@
 
 pub mod cube;
 pub mod equirect;
-pub mod file;
 pub mod harmonics;
 mod noise;
 pub mod prefilter;
@@ -13,8 +12,6 @@ pub(crate) mod sample;
 pub mod scenes;
 mod sky;
 mod terrain;
-
-pub use crate::settings::environment::{Part, Surroundings};
 
 use cube::CubeMap;
 use harmonics::Irradiance;

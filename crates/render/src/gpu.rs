@@ -1,13 +1,19 @@
-//! The graphics device, or one clear message where there is none.
+//! The graphics device, or one clear message where there is none; and what draws on it.
 
-use clap::ValueEnum;
+pub mod painter;
+mod render_mesh;
+pub mod renderer;
+pub mod shaders;
+mod types;
+
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use thiserror::Error;
 
 /// What draws.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum Backend {
     /// A GPU where there is one, the processor elsewhere.
@@ -22,7 +28,8 @@ pub enum Backend {
 }
 
 impl Backend {
-    pub(crate) fn apis(self) -> wgpu::Backends {
+    /// Interfaces to drivers that are tried.
+    pub fn apis(self) -> wgpu::Backends {
         match self {
             Self::Auto => wgpu::Backends::all(),
             Self::Vulkan => wgpu::Backends::PRIMARY,

@@ -1,11 +1,11 @@
 //! A plane under the model, for shadows to fall on.
 
-pub use crate::settings::ground::{Ground, Show};
 use crate::camera::View;
 use crate::draw_parameters::reach;
 use crate::lights::smoothstep;
 use crate::scene::Scene;
 use crate::settings::Settings;
+use crate::settings::ground::Show;
 use glam::{Mat4, Vec2, Vec3};
 
 /// A level plane under the model, for shadows to fall on.

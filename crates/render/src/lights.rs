@@ -1,11 +1,11 @@
 //! Lights in world space: far away, or a lamp somewhere near the model.
 
-pub use crate::settings::lights::{Ambient, Anchor, Light, LightKind, MAX_LIGHTS};
 use crate::bounds::Sphere;
 use crate::camera::View;
 use crate::environment::sample;
 use crate::scene::Scene;
 use crate::settings::Settings;
+use crate::settings::lights::{Anchor, Light, LightKind};
 use glam::{Vec3, Vec4};
 
 /// A light in world space; the twin of `Light` in `shaders/frame.wgsl`.

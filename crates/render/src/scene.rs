@@ -1,8 +1,8 @@
 //! What is drawn: one triangle mesh, ready for f32, and the map that displaces it.
 
-pub use crate::bounds::Sphere;
-pub use crate::mesh::{Mesh, Side, Triangle};
+use crate::bounds::Sphere;
 use crate::environment::Environment;
+use crate::mesh::{Mesh, Triangle};
 use crate::relief::Relief;
 use crate::texture::{Texture, Textures};
 use glam::Vec3;

@@ -2,7 +2,6 @@
 //!
 //! Lance Williams. Casting curved shadows on curved surfaces. SIGGRAPH 1978.
 
-pub use crate::settings::shadow::{Casters, Filter, LightProjection, Outside, Shadow};
 use crate::bounds::Sphere;
 use crate::camera::View;
 use crate::draw_parameters::reach;
@@ -11,6 +10,7 @@ use crate::lights::Lamp;
 use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::settings::lights::{Light, LightKind, MAX_LIGHTS};
+use crate::settings::shadow::{LightProjection, Shadow};
 use glam::camera::rh::proj::directx;
 use glam::{Mat3, Mat4, Vec3};
 

@@ -1,8 +1,8 @@
 //! A renderer and a scene that outlive the loss of the device: drivers are updated, cards are pulled out and notebooks wake
 //! up.
 
+use crate::gpu::renderer::{Renderer, Uploaded};
 use crate::gpu::{Backend, Gpu, NoGpu};
-use crate::renderer::{Renderer, Uploaded};
 use crate::scene::Scene;
 use crate::settings::Settings;
 use image::RgbaImage;

@@ -1,6 +1,6 @@
 //! A scene as arrays for the GPU.
 
-use crate::gpu_types::{Extra, Vertex, Wedge};
+use crate::gpu::types::{Extra, Vertex, Wedge};
 use crate::mesh::Side;
 use crate::scene::Scene;
 use glam::{Vec2, Vec4};

@@ -1,10 +1,10 @@
 //! Draws a [`Scene`] with [`Settings`] on a GPU, to any texture view; it knows no window.
 //!
 //! ```no_run
-//! # fn f(scene: planish_viewer::scene::Scene) -> Result<(), planish_viewer::gpu::NoGpu> {
-//! use planish_viewer::gpu::{Backend, Gpu};
-//! use planish_viewer::renderer::Renderer;
-//! use planish_viewer::settings::Settings;
+//! # fn f(scene: planish_render::scene::Scene) -> Result<(), planish_render::gpu::NoGpu> {
+//! use planish_render::gpu::{Backend, Gpu};
+//! use planish_render::gpu::renderer::Renderer;
+//! use planish_render::settings::Settings;
 //!
 //! let renderer = Renderer::new(Gpu::open(Backend::Auto)?);
 //! let picture = renderer.image(&scene, &Settings::default())?;

@@ -162,7 +162,7 @@ pub(crate) struct Ground {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shaders::{Program, Variant, source};
+    use crate::gpu::shaders::{Program, Variant, source};
     use std::mem::offset_of;
 
     /// Asserts that the structure of a program has these members at these offsets, and this size.

@@ -6,12 +6,13 @@ use thiserror::Error;
 macro_rules! named {
     ($(#[$meta:meta])* pub enum $name:ident { $($(#[$attribute:meta])* $variant:ident = $word:literal,)+ }) => {
         $(#[$meta])*
-        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize, clap::ValueEnum)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+        #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
         pub enum $name {
             $(
                 $(#[$attribute])*
                 #[serde(rename = $word)]
-                #[value(name = $word)]
+                #[cfg_attr(feature = "clap", value(name = $word))]
                 $variant,
             )+
         }

@@ -3,25 +3,21 @@
 //! Reference pictures lie in `tests/golden`. To draw them anew, and look at them:
 //!
 //! ```text
-//! PLANISH_GOLDEN=write cargo test -p planish-viewer --test gpu golden
+//! PLANISH_GOLDEN=write cargo test -p planish-render --test gpu golden
 //! ```
 
+use crate::alike::alike;
 use crate::support::{duck, no_complaints, renderer, repository, small};
 use image::{Rgba, RgbaImage};
-use planish_viewer::camera::{Camera, Projection};
-use planish_viewer::environment::file::{Source, load};
-use planish_viewer::environment::scenes::Scene;
-use planish_viewer::environment::{Part, Surroundings};
-use planish_viewer::gpu::Backend;
-use planish_viewer::ground::{Ground, Show};
-use planish_viewer::lights::{Anchor, Light, LightKind};
-use planish_viewer::settings::{Normals, Overlay, Sampling, Settings, Shading};
-use planish_viewer::shadow::{Casters, Filter, LightProjection, Outside, Shadow};
+use planish_render::environment::Environment;
+use planish_render::gpu::Backend;
+use planish_render::settings::camera::{Camera, Projection};
+use planish_render::settings::environment::{Part, Scene, Surroundings};
+use planish_render::settings::ground::{Ground, Show};
+use planish_render::settings::lights::{Anchor, Light, LightKind};
+use planish_render::settings::shadow::{Casters, Filter, LightProjection, Outside, Shadow};
+use planish_render::settings::{Normals, Overlay, Sampling, Settings, Shading};
 use std::path::Path;
-
-/// Root of the mean square of the differences of all channels, bytes. Other versions of the driver round otherwise and
-/// cover other pixels at silhouettes.
-const RMS: f64 = 1.5;
 
 fn pictures() -> Vec<(String, Settings)> {
     let base = small([160, 120]);
@@ -89,13 +85,12 @@ pub(crate) fn shadows() -> Vec<(String, Settings)> {
     .to_vec()
 }
 
-fn landscapes() -> Vec<(String, Settings)> {
+fn landscapes() -> Vec<(String, Scene, Settings)> {
     let around = |name: &str, scene, surroundings: Surroundings| {
         let mut settings = small([160, 120]);
         settings.camera.projection = Projection::Perspective { field_of_view: 60.0 };
         settings.lights = vec![Light { anchor: Anchor::Sun, ..settings.lights[0] }];
-        let surroundings = Surroundings { source: Source::Scene(scene), resolution: 64, ..surroundings };
-        (format!("environment-{name}"), Settings { environment: Some(surroundings), ..settings })
+        (format!("environment-{name}"), scene, Settings { environment: Some(surroundings), ..settings })
     };
     let mirror = Surroundings { reflectance: 0.9, roughness: 0.0, ..Surroundings::default() };
     let glossy = Surroundings { roughness: 0.5, blur: 0.4, rotation: 140.0, ..mirror.clone() };
@@ -111,7 +106,7 @@ fn landscapes() -> Vec<(String, Settings)> {
 #[test]
 fn pictures_are_as_they_were() {
     let renderer = renderer(Backend::Vulkan);
-    let scene = duck().scene();
+    let scene = duck();
     let uploaded = renderer.upload(&scene).unwrap();
     let failures: Vec<String> = pictures()
         .iter()
@@ -124,14 +119,13 @@ fn pictures_are_as_they_were() {
 #[test]
 fn shadows_and_landscapes_are_as_they_were() {
     let renderer = renderer(Backend::Vulkan);
-    let mut scene = duck().scene();
+    let mut scene = duck();
     let mut failures = Vec::new();
     for (name, settings) in shadows() {
         failures.extend(compare(&name, &renderer.image(&scene, &settings).unwrap()).err());
     }
-    for (name, settings) in landscapes() {
-        let surroundings = settings.environment.as_ref().unwrap();
-        scene.environment = Some(load(&surroundings.source, surroundings.resolution as usize).unwrap());
+    for (name, landscape, settings) in landscapes() {
+        scene.environment = Some(Environment::generated(landscape, 64));
         failures.extend(compare(&name, &renderer.image(&scene, &settings).unwrap()).err());
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
@@ -158,14 +152,11 @@ pub(crate) fn compare(name: &str, picture: &RgbaImage) -> Result<(), String> {
         leave(picture, "actual");
         return Err(format!("{name}: {:?} and not {:?} pixels", picture.dimensions(), reference.dimensions()));
     }
-    let squares = picture.iter().zip(reference.iter()).map(|(a, b)| f64::from(a.abs_diff(*b)).powi(2));
-    let rms = (squares.sum::<f64>() / picture.len() as f64).sqrt();
-    if rms <= RMS {
-        return Ok(());
-    }
-    leave(picture, "actual");
-    leave(&difference(picture, &reference), "difference");
-    Err(format!("{name}: root mean square of the differences {rms:.2} > {RMS}; see {}", left.display()))
+    alike(picture, &reference).map_err(|how| {
+        leave(picture, "actual");
+        leave(&difference(picture, &reference), "difference");
+        format!("{name}: {how}; see {}", left.display())
+    })
 }
 
 /// Eight times the differences.

@@ -1,43 +1,38 @@
 //! Laws of shadows, of the ground and of environments, drawn on every adapter that there is.
 
-#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
-
+use crate::support::{no_complaints, renderer};
 use glam::{Mat4, Vec2, Vec3};
 use image::RgbaImage;
 use planish_geometry::apply::ShaderVertex;
 use planish_geometry::displacement::{Displacement, Encoding, MapKind, Place, TexelFormat};
 use planish_geometry::texture::tangents::Tangent;
 use planish_geometry::texture::{HeightMap, Size as MapSize};
-use planish_viewer::camera::Camera;
-use planish_viewer::colour::Colour;
-use planish_viewer::environment::cube::CubeMap;
-use planish_viewer::environment::{Environment, Surroundings};
-use planish_viewer::gpu::{Backend, Gpu};
-use planish_viewer::ground::{Ground, Show};
-use planish_viewer::lights::{Ambient, Anchor, Light, LightKind};
-use planish_viewer::relief::{Relief, Sense};
-use planish_viewer::renderer::Renderer;
-use planish_viewer::scene::{Mesh, Scene, Triangle};
-use planish_viewer::settings::{Displace, Material, Settings, Size};
-use planish_viewer::shadow::{Casters, Filter, LightProjection, Outside, Shadow};
+use planish_render::colour::Colour;
+use planish_render::environment::Environment;
+use planish_render::environment::cube::CubeMap;
+use planish_render::gpu::Backend;
+use planish_render::mesh::{Mesh, Triangle};
+use planish_render::relief::{Relief, Sense};
+use planish_render::scene::Scene;
+use planish_render::settings::camera::Camera;
+use planish_render::settings::environment::Surroundings;
+use planish_render::settings::ground::{Ground, Show};
+use planish_render::settings::lights::{Ambient, Anchor, Light, LightKind};
+use planish_render::settings::shadow::{Casters, Filter, LightProjection, Outside, Shadow};
+use planish_render::settings::{Displace, Material, Settings, Size};
 use std::f32::consts::{PI, TAU};
-use std::sync::{LazyLock, Mutex, PoisonError};
 
-/// Draws on every adapter; complains if the validation of wgpu does.
+/// Draws on every backend; complains if the validation of wgpu does.
 fn draw(scene: &Scene, settings: &Settings, mut check: impl FnMut(&RgbaImage, &str)) {
-    static RENDERERS: LazyLock<[Mutex<Renderer>; 2]> = LazyLock::new(|| {
-        [Backend::Vulkan, Backend::Gl].map(|backend| Mutex::new(Renderer::new(Gpu::open(backend).unwrap())))
-    });
     settings.check().unwrap();
-    for (renderer, backend) in RENDERERS.iter().zip(["Vulkan", "OpenGL"]) {
+    for backend in [Backend::Vulkan, Backend::Gl] {
         let image = {
-            // A test that failed leaves nothing behind in it.
-            let renderer = renderer.lock().unwrap_or_else(PoisonError::into_inner);
+            let renderer = renderer(backend);
             let image = renderer.image(scene, settings).unwrap();
-            assert_eq!(renderer.gpu().complaints(), Vec::<String>::new(), "{backend}");
+            no_complaints(&renderer);
             image
         };
-        check(&image, backend);
+        check(&image, &format!("{backend:?}"));
     }
 }
 
@@ -360,7 +355,7 @@ fn environments_look_as_on_the_processor() {
             environment: Some(surroundings.clone()),
             ..Settings::default()
         };
-        let expected = planish_viewer::software::render(&scene, &settings);
+        let expected = planish_render::software::render(&scene, &settings);
         draw(&scene, &settings, |image, backend| {
             let differences = image.iter().zip(expected.iter()).map(|(a, b)| a.abs_diff(*b));
             let mut differences: Vec<u8> = differences.collect();

@@ -1,14 +1,14 @@
 //! A lost device is replaced, and what the driver complains about is told.
 
-use crate::support::{duck, renderer, small};
-use planish_viewer::gpu::Backend;
-use planish_viewer::painter::Painter;
+use crate::support::{duck, own_renderer, small};
+use planish_render::gpu::Backend;
+use planish_render::gpu::painter::Painter;
 
 #[test]
 fn the_picture_after_a_loss_is_the_one_before() {
-    let (scene, settings) = (duck().scene(), small([80, 60]));
+    let (scene, settings) = (duck(), small([80, 60]));
     for backend in [Backend::Vulkan, Backend::Gl] {
-        let mut painter = Painter::new(backend, renderer(backend), &scene).unwrap();
+        let mut painter = Painter::new(backend, own_renderer(backend), &scene).unwrap();
         let before = painter.picture(&settings).unwrap();
         painter.renderer().gpu().device.destroy();
         assert!(painter.picture(&settings).unwrap() == before, "{backend:?}");
@@ -19,8 +19,8 @@ fn the_picture_after_a_loss_is_the_one_before() {
 
 #[test]
 fn what_the_driver_refuses_is_told_once() {
-    let scene = duck().scene();
-    let painter = Painter::new(Backend::Vulkan, renderer(Backend::Vulkan), &scene).unwrap();
+    let scene = duck();
+    let painter = Painter::new(Backend::Vulkan, own_renderer(Backend::Vulkan), &scene).unwrap();
     let gpu = painter.renderer().gpu();
     let _ = gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: None,

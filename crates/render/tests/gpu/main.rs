@@ -2,7 +2,9 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod alike;
 mod golden;
+mod light;
 mod loss;
 mod positions;
 mod support;

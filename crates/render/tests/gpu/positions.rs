@@ -3,9 +3,9 @@
 use crate::support::{Baked, baked, no_complaints, quick, renderer, repository};
 use planish_geometry::bundle::{LayoutChoice, Settings};
 use planish_geometry::displacement::MapKind;
-use planish_viewer::gpu::Backend;
-use planish_viewer::renderer::Renderer;
-use planish_viewer::settings::Displace;
+use planish_render::gpu::Backend;
+use planish_render::gpu::renderer::Renderer;
+use planish_render::settings::Displace;
 use std::path::{Path, PathBuf};
 
 /// Of the range of the map: the same formula in single precision, where a driver may fuse products with sums. Two units in

@@ -8,17 +8,32 @@ use planish_geometry::model::Model;
 use planish_geometry::obj::Obj;
 use planish_geometry::progress::Silent;
 use planish_geometry::weld::Welding;
-use planish_viewer::camera::Camera;
-use planish_viewer::gpu::{Backend, Gpu};
-use planish_viewer::input;
-use planish_viewer::renderer::Renderer;
-use planish_viewer::scene::Scene;
-use planish_viewer::settings::{Settings, Size};
-use planish_viewer::texture::{Content, Texture, Textures};
+use planish_render::gpu::renderer::Renderer;
+use planish_render::gpu::{Backend, Gpu};
+use planish_render::input;
+use planish_render::scene::Scene;
+use planish_render::settings::camera::Camera;
+use planish_render::settings::{Settings, Size};
+use planish_render::texture::{Content, Texture, Textures};
 use std::path::{Path, PathBuf};
+use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
-/// A renderer, or a failure that says what to install.
-pub(crate) fn renderer(backend: Backend) -> Renderer {
+/// The renderer of a backend, one at a time: a device is opened once for all tests. Who needs two takes that of Vulkan
+/// first.
+pub(crate) fn renderer(backend: Backend) -> MutexGuard<'static, Renderer> {
+    static VULKAN: LazyLock<Mutex<Renderer>> = LazyLock::new(|| Mutex::new(own_renderer(Backend::Vulkan)));
+    static GL: LazyLock<Mutex<Renderer>> = LazyLock::new(|| Mutex::new(own_renderer(Backend::Gl)));
+    let renderer = if backend == Backend::Gl { &GL } else { &VULKAN };
+    // A test that failed leaves nothing behind in it but what the driver said.
+    renderer.lock().unwrap_or_else(|poisoned| {
+        let renderer = PoisonError::into_inner(poisoned);
+        renderer.gpu().complaints();
+        renderer
+    })
+}
+
+/// A renderer on a device of its own, or a failure that says what to install.
+pub(crate) fn own_renderer(backend: Backend) -> Renderer {
     match Gpu::open(backend) {
         Ok(gpu) => Renderer::new(gpu),
         Err(e) => panic!(
@@ -84,9 +99,12 @@ impl Baked {
 }
 
 /// The duck of `data/`, baked as quickly as it goes.
-pub(crate) fn duck() -> Baked {
-    let settings = bundle::Settings { side: Some(512), ..quick() };
-    baked(&repository().join("data/duck_noisy.obj"), &settings)
+pub(crate) fn duck() -> Scene {
+    static DUCK: LazyLock<Scene> = LazyLock::new(|| {
+        let settings = bundle::Settings { side: Some(512), ..quick() };
+        baked(&repository().join("data/duck_noisy.obj"), &settings).scene()
+    });
+    DUCK.clone()
 }
 
 /// The map does not matter here, and some methods take their time.

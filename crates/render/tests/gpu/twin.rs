@@ -3,12 +3,12 @@
 use crate::golden::shadows;
 use crate::support::{duck, no_complaints, renderer, small};
 use image::RgbaImage;
-use planish_viewer::gpu::Backend;
-use planish_viewer::lights::{Light, LightKind};
-use planish_viewer::scene::Scene;
-use planish_viewer::settings::{Normals, Overlay, Sampling, Settings, Shading};
-use planish_viewer::software;
-use planish_viewer::texture::{Content, Texture, Textures};
+use planish_render::gpu::Backend;
+use planish_render::scene::Scene;
+use planish_render::settings::lights::{Light, LightKind};
+use planish_render::settings::{Normals, Overlay, Sampling, Settings, Shading};
+use planish_render::software;
+use planish_render::texture::{Content, Texture, Textures};
 
 /// Mean of the absolute differences, and the difference that a thousandth exceeds; bytes.
 const MEAN: f64 = 1.0;
@@ -48,7 +48,7 @@ fn settings() -> Settings {
 #[test]
 fn every_way_of_shading_with_every_kind_of_normals() {
     let renderer = renderer(Backend::Vulkan);
-    let scene = duck().scene();
+    let scene = duck();
     let uploaded = renderer.upload(&scene).unwrap();
     for &shading in Shading::ALL {
         for &normals in Normals::ALL {
@@ -64,7 +64,7 @@ fn every_way_of_shading_with_every_kind_of_normals() {
 #[test]
 fn overlays_lights_and_samplings() {
     let renderer = renderer(Backend::Vulkan);
-    let scene = duck().scene();
+    let scene = duck();
     let uploaded = renderer.upload(&scene).unwrap();
     let light = |kind| Light { kind, ..settings().lights[0] };
     let lit = |kind| Settings { lights: vec![light(kind)], ..settings() };
@@ -87,7 +87,7 @@ fn overlays_lights_and_samplings() {
 #[test]
 fn triangles_have_their_own_textures_or_none() {
     let renderer = renderer(Backend::Vulkan);
-    let mut scene = duck().scene();
+    let mut scene = duck();
     let blue = Texture::new(RgbaImage::from_pixel(2, 2, image::Rgba([40, 60, 200, 255])), Content::Colour).unwrap();
     let all = vec![blue, scene.textures.all()[0].clone()];
     let bands = (0..scene.mesh().triangles.len()).map(|t| [Some(1), None, Some(0)][t / 40 % 3]).collect();
@@ -103,7 +103,7 @@ fn triangles_have_their_own_textures_or_none() {
 #[test]
 fn shadows_on_the_ground_and_on_the_surface() {
     let renderer = renderer(Backend::Vulkan);
-    let scene = duck().scene();
+    let scene = duck();
     let uploaded = renderer.upload(&scene).unwrap();
     for (what, settings) in shadows() {
         // A map itself is for graphics adapters; acne is what rounding makes of it.
@@ -118,7 +118,7 @@ fn shadows_on_the_ground_and_on_the_surface() {
 #[test]
 fn opengl_draws_what_vulkan_draws() {
     let (vulkan, gl) = (renderer(Backend::Vulkan), renderer(Backend::Gl));
-    let scene = duck().scene();
+    let scene = duck();
     for &shading in Shading::ALL {
         let settings = Settings { shading, ..settings() };
         let [a, b] = [&vulkan, &gl].map(|renderer| renderer.image(&scene, &settings).unwrap());

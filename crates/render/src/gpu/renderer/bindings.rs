@@ -1,6 +1,6 @@
 //! Which resources stand where; the groups and numbers are those in `shaders/`.
 
-use crate::gpu_types::Caster;
+use crate::gpu::types::Caster;
 use wgpu::ShaderStages;
 
 /// Layouts of the bind groups.

@@ -1,13 +1,13 @@
 //! Settings as the shaders get them.
 
 use crate::draw_parameters::{LINE_WIDTH, derives_normals, heat_range, marble_frequency, normal_map_strength};
-use crate::gpu_types::{Displacement, Frame, Light};
+use crate::gpu::shaders::Variant;
+use crate::gpu::types::{Displacement, Frame, Light};
 use crate::ground;
 use crate::lights::{Lamp, lamps};
 use crate::relief::Relief;
 use crate::scene::Scene;
 use crate::settings::{Displace, Normals, Settings, Shading, Size};
-use crate::shaders::Variant;
 use glam::Mat4;
 use planish_geometry::displacement::MapKind;
 

@@ -5,8 +5,8 @@ use super::pictures;
 use super::uploaded::Uploaded;
 use crate::camera::View;
 use crate::environment::sample::Around;
+use crate::gpu::types::{Caster, Environment, Eye, Ground, Shadows};
 use crate::gpu::{DEPTH, Gpu};
-use crate::gpu_types::{Caster, Environment, Eye, Ground, Shadows};
 use crate::ground::{self, Disc};
 use crate::lights::lamps;
 use crate::scene::Scene;
@@ -184,7 +184,9 @@ fn shadows(scene: &Scene, settings: &Settings, view: &View) -> (Shadows, usize) 
 }
 
 fn environment(scene: &Scene, settings: &Settings, view: &View, aspect: f32) -> Environment {
-    let Some(around) = Around::new(scene.environment.as_ref(), settings, view, aspect) else { return Environment::zeroed() };
+    let Some(around) = Around::new(scene.environment.as_ref(), settings, view, aspect) else {
+        return Environment::zeroed();
+    };
     let Around { surroundings, environment, environment_from_world, rays } = around;
     let shown = |part| f32::from(u8::from(part == Part::Shown));
     Environment {

@@ -3,9 +3,9 @@
 use super::bindings::Layouts;
 use super::lighting::Lighting;
 use super::uploaded::Uploaded;
+use crate::gpu::shaders::{Program, Variant, source};
 use crate::gpu::{DEPTH, FORMAT};
 use crate::settings::shadow::Casters;
-use crate::shaders::{Program, Variant, source};
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 

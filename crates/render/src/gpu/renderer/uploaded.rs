@@ -3,10 +3,10 @@
 use super::bindings::{Layouts, bind};
 use super::pictures::{self, Samplers};
 use crate::environment::cube::CubeMap;
+use crate::gpu::render_mesh::{RenderMesh, Run};
+use crate::gpu::types::{Displacement, Frame};
 use crate::gpu::{Gpu, NoGpu};
-use crate::gpu_types::{Displacement, Frame};
 use crate::relief::Relief;
-use crate::render_mesh::{RenderMesh, Run};
 use crate::scene::Scene;
 use crate::settings::Settings;
 use bytemuck::Pod;
