@@ -27,6 +27,7 @@ use crate::legend;
 use crate::scene::Scene;
 use crate::settings::{Displace, Settings, Size};
 use bindings::Layouts;
+use frame::Picture;
 use glam::{Vec3, Vec4};
 use image::RgbaImage;
 use lighting::Lighting;
@@ -55,6 +56,33 @@ pub struct Target {
     depth: wgpu::TextureView,
     /// With several samples per pixel: what is averaged in the end.
     colour: Option<wgpu::TextureView>,
+}
+
+impl Target {
+    /// Begins a pass that draws to a view of the target's size.
+    fn begin<'a>(&self, encoder: &'a mut wgpu::CommandEncoder, view: &wgpu::TextureView) -> wgpu::RenderPass<'a> {
+        let (attachment, resolve_target) = match &self.colour {
+            Some(colour) => (colour, Some(view)),
+            None => (view, None),
+        };
+        let colour = wgpu::RenderPassColorAttachment {
+            view: attachment,
+            depth_slice: None,
+            resolve_target,
+            ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
+        };
+        let depth = wgpu::RenderPassDepthStencilAttachment {
+            view: &self.depth,
+            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(1.0), store: wgpu::StoreOp::Discard }),
+            stencil_ops: None,
+        };
+        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("picture"),
+            color_attachments: &[Some(colour)],
+            depth_stencil_attachment: Some(depth),
+            ..wgpu::RenderPassDescriptor::default()
+        })
+    }
 }
 
 impl Renderer {
@@ -99,63 +127,53 @@ impl Renderer {
         target: &Target,
         view: &wgpu::TextureView,
     ) {
-        let device = &self.gpu.device;
-        let frame = frame::frame(scene, settings, target.size, self.scale(settings, target));
+        let picture = Picture::new(scene, settings, target.size);
+        let frame = frame::frame(&picture, self.scale(settings, target));
         self.gpu.queue.write_buffer(&uploaded.frame, 0, bytemuck::bytes_of(&frame));
         self.write_displacement(uploaded, scene, &settings.displace);
-        let textures = |run| uploaded.texture_bindings(device, &self.layouts, &self.samplers, settings, run);
-        let runs: Vec<_> = uploaded.runs.iter().map(|run| (run.corners.clone(), textures(run))).collect();
-        let aspect = target.size.width as f32 / target.size.height as f32;
-        let lighting = Lighting::new(&self.gpu, &self.layouts, &self.shadow_maps, uploaded, scene, settings, aspect);
-        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let lighting = Lighting::new(&self.gpu, &self.layouts, &self.shadow_maps, uploaded, &picture);
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         if derives_normals(scene, settings) {
             self.compute.run(&mut encoder, uploaded, pipelines::Result::Normals);
         }
         self.casting.run(&mut encoder, uploaded, &lighting, settings.shadow.casters);
-        let (attachment, resolve_target) = match &target.colour {
-            Some(colour) => (colour, Some(view)),
-            None => (view, None),
-        };
-        let colour = wgpu::RenderPassColorAttachment {
-            view: attachment,
-            depth_slice: None,
-            resolve_target,
-            ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
-        };
-        let depth = wgpu::RenderPassDepthStencilAttachment {
-            view: &target.depth,
-            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(1.0), store: wgpu::StoreOp::Discard }),
-            stencil_ops: None,
-        };
+        let mut pass = target.begin(&mut encoder, view);
         let pipelines = &self.pipelines[usize::from(target.samples > 1)];
-        let variant = frame::variant(scene, settings);
-        let surface = pipelines.surface(device, &self.layouts, variant);
-        {
-            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-                label: Some("picture"),
-                color_attachments: &[Some(colour)],
-                depth_stencil_attachment: Some(depth),
-                ..wgpu::RenderPassDescriptor::default()
-            });
-            pass.set_bind_group(0, &lighting.frame_bindings, &[]);
-            pass.set_pipeline(if lighting.shows_map { &pipelines.shadow_view } else { &pipelines.background });
+        pass.set_bind_group(0, &lighting.frame_bindings, &[]);
+        if lighting.shows_map {
+            pass.set_pipeline(&pipelines.shadow_view);
             pass.draw(0..3, 0..1);
-            pass.set_bind_group(1, &uploaded.map_bindings, &[]);
-            pass.set_bind_group(2, &uploaded.surface_bindings, &[]);
-            if !lighting.shows_map {
-                pass.set_pipeline(&surface.mesh);
-                for (corners, textures) in runs {
-                    pass.set_bind_group(3, &textures, &[]);
-                    pass.draw(corners, 0..1);
-                }
-                // Last, because its rim lets the background through.
-                if lighting.has_ground {
-                    pass.set_pipeline(&surface.ground);
-                    pass.draw(0..4, 0..1);
-                }
+        } else {
+            pass.set_pipeline(&pipelines.background);
+            pass.draw(0..3, 0..1);
+            let surface = pipelines.surface(&self.gpu.device, &self.layouts, frame::variant(scene, settings));
+            self.draw_surface(&mut pass, &surface, uploaded, settings);
+            // Last, because its rim lets the background through.
+            if lighting.has_ground {
+                pass.set_pipeline(&surface.ground);
+                pass.draw(0..4, 0..1);
             }
         }
+        drop(pass);
         self.gpu.queue.submit([encoder.finish()]);
+    }
+
+    /// Draws the mesh, texture by texture.
+    fn draw_surface(
+        &self,
+        pass: &mut wgpu::RenderPass,
+        surface: &pipelines::Surface,
+        uploaded: &Uploaded,
+        settings: &Settings,
+    ) {
+        pass.set_bind_group(1, &uploaded.map_bindings, &[]);
+        pass.set_bind_group(2, &uploaded.surface_bindings, &[]);
+        pass.set_pipeline(&surface.mesh);
+        for run in &uploaded.runs {
+            let textures = uploaded.texture_bindings(&self.gpu.device, &self.layouts, &self.samplers, settings, run);
+            pass.set_bind_group(3, &textures, &[]);
+            pass.draw(run.corners.clone(), 0..1);
+        }
     }
 
     /// Pixels of the target that a pixel of the settings takes up.

@@ -1,9 +1,10 @@
 //! Laws of whole pictures.
 
 use super::*;
-use crate::camera::{Camera, Projection};
 use crate::colour::Colour;
-use crate::lights::{Ambient, Light};
+use crate::draw_parameters::heat_range;
+use crate::settings::camera::{Camera, Projection};
+use crate::settings::lights::{Ambient, Light};
 use crate::settings::{Background, Checker, Heat, Range, Size};
 use image::Rgba;
 use planish_geometry::colormap::Colormap;

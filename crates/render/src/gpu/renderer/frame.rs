@@ -1,5 +1,6 @@
 //! Settings as the shaders get them.
 
+use crate::camera::View;
 use crate::draw_parameters::{LINE_WIDTH, derives_normals, heat_range, marble_frequency, normal_map_strength};
 use crate::gpu::shaders::Variant;
 use crate::gpu::types::{Displacement, Frame, Light};
@@ -11,9 +12,25 @@ use crate::settings::{Displace, Normals, Settings, Shading, Size};
 use glam::Mat4;
 use planish_geometry::displacement::MapKind;
 
-/// `scale`: pixels drawn for each pixel of the picture.
-pub(super) fn frame(scene: &Scene, settings: &Settings, size: Size, scale: f32) -> Frame {
-    let view = ground::view(scene, settings, size.width as f32 / size.height as f32);
+/// A scene as one picture shows it.
+pub(super) struct Picture<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) settings: &'a Settings,
+    pub(super) view: View,
+    /// Width / height.
+    pub(super) aspect: f32,
+}
+
+impl<'a> Picture<'a> {
+    pub(super) fn new(scene: &'a Scene, settings: &'a Settings, size: Size) -> Self {
+        let aspect = size.width as f32 / size.height as f32;
+        Self { scene, settings, view: ground::view(scene, settings, aspect), aspect }
+    }
+}
+
+/// Uniforms of a picture. `scale`: pixels drawn for each pixel of the picture.
+pub(super) fn frame(picture: &Picture, scale: f32) -> Frame {
+    let Picture { scene, settings, ref view, .. } = *picture;
     let mut frame = Frame {
         clip_from_world: view.clip_from_world,
         world_from_view: Mat4::from_mat3(view.world_from_view),
@@ -45,7 +62,7 @@ pub(super) fn frame(scene: &Scene, settings: &Settings, size: Size, scale: f32) 
     // HAS_NORMAL_MAP, HAS_HEIGHTS_IN_UV
     let has = [scene.normal_map.is_some(), scene.relief.as_ref().is_some_and(Relief::in_uv)];
     frame.has = (0..).zip(has).map(|(bit, has)| u32::from(has) << bit).sum();
-    for (slot, lamp) in frame.lights.iter_mut().zip(lamps(scene, settings, &view)) {
+    for (slot, lamp) in frame.lights.iter_mut().zip(lamps(scene, settings, view)) {
         let Lamp { place, radiance, axis, cos_outer, cos_inner } = lamp;
         *slot = Light { place, radiance, cos_outer, axis, cos_inner };
     }

@@ -1,19 +1,17 @@
 //! What lights a picture: shadow maps, the environment and the ground, as the shaders get them.
 
 use super::bindings::{Layouts, bind};
-use super::pictures;
+use super::frame::Picture;
 use super::uploaded::Uploaded;
-use crate::camera::View;
 use crate::environment::sample::Around;
 use crate::gpu::types::{Caster, Environment, Eye, Ground, Shadows};
 use crate::gpu::{DEPTH, Gpu};
-use crate::ground::{self, Disc};
+use crate::ground::Disc;
 use crate::lights::lamps;
-use crate::scene::Scene;
+use crate::settings::Shading;
 use crate::settings::environment::Part;
 use crate::settings::ground::Show;
 use crate::settings::shadow::Filter;
-use crate::settings::{Settings, Shading};
 use crate::shadow::{self, Rays};
 use bytemuck::Zeroable as _;
 use glam::Mat4;
@@ -66,7 +64,10 @@ fn layers(count: u32) -> u32 {
 pub(super) struct Cache(Mutex<Option<Maps>>);
 
 impl Cache {
-    fn maps(&self, gpu: &Gpu, size: u32, count: u32) -> Maps {
+    /// Maps for this many eyes. There is always one, because something has to be bound.
+    fn maps(&self, gpu: &Gpu, size: u32, eyes: u32) -> Maps {
+        let size = if eyes == 0 { 1 } else { size.min(gpu.device.limits().max_texture_dimension_2d) };
+        let count = eyes.max(1);
         let mut cache = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         match &*cache {
             Some(maps) if maps.size == size && maps.each.len() == count as usize => maps.clone(),
@@ -91,43 +92,18 @@ pub(super) struct Lighting {
 }
 
 impl Lighting {
-    pub(super) fn new(
-        gpu: &Gpu,
-        layouts: &Layouts,
-        cache: &Cache,
-        uploaded: &Uploaded,
-        scene: &Scene,
-        settings: &Settings,
-        aspect: f32,
-    ) -> Self {
-        let device = &gpu.device;
-        let view = ground::view(scene, settings, aspect);
-        let (shadows, count) = shadows(scene, settings, &view);
-        let size = settings.shadow.size.min(device.limits().max_texture_dimension_2d);
-        // There is always one, because something has to be bound.
-        let maps = if count == 0 { cache.maps(gpu, 1, 1) } else { cache.maps(gpu, size, count as u32) };
+    pub(super) fn new(gpu: &Gpu, layouts: &Layouts, cache: &Cache, uploaded: &Uploaded, picture: &Picture) -> Self {
+        let (shadows, count) = shadows(picture);
+        let maps = cache.maps(gpu, picture.settings.shadow.size, count as u32);
+        let ground = ground(picture);
         let uniform = |bytes: &[u8]| gpu.filled(bytes, BufferUsages::UNIFORM);
-        let stride = size_of::<Caster>().next_multiple_of(device.limits().min_uniform_buffer_offset_alignment as usize);
-        let mut casters = vec![0; stride * count.max(1)];
-        for (bytes, eye) in casters.chunks_exact_mut(stride).zip(&shadows.eyes[..count]) {
-            let moves = u32::from(settings.shading != Shading::Bump);
-            let caster = Caster { clip_from_world: eye.clip_from_world, moves, ..Caster::zeroed() };
-            bytes[..size_of::<Caster>()].copy_from_slice(bytemuck::bytes_of(&caster));
-        }
-        let casters = uniform(&casters);
-        let caster = wgpu::BufferBinding {
-            buffer: &casters,
-            offset: 0,
-            size: wgpu::BufferSize::new(size_of::<Caster>() as u64),
-        };
-        let ground = ground_of(scene, settings, &view);
         let buffers = [
             uniform(bytemuck::bytes_of(&shadows)),
-            uniform(bytemuck::bytes_of(&environment(scene, settings, &view, aspect))),
+            uniform(bytemuck::bytes_of(&environment(picture))),
             uniform(bytemuck::bytes_of(&ground.unwrap_or_default())),
         ];
         let [shadow_buffer, environment, ground_buffer] = buffers.each_ref().map(wgpu::Buffer::as_entire_binding);
-        let nearest = device.create_sampler(&wgpu::SamplerDescriptor::default());
+        let nearest = gpu.device.create_sampler(&wgpu::SamplerDescriptor::default());
         let resources = [
             uploaded.frame.as_entire_binding(),
             shadow_buffer,
@@ -138,20 +114,39 @@ impl Lighting {
             ground_buffer,
             wgpu::BindingResource::Sampler(&nearest),
         ];
+        let (caster_bindings, caster_stride) = casters(gpu, layouts, &shadows.eyes[..count], picture.settings.shading);
         Self {
-            frame_bindings: bind(device, &layouts.frame, &resources),
-            caster_bindings: bind(device, &layouts.caster, &[wgpu::BindingResource::Buffer(caster)]),
-            caster_stride: stride as u32,
+            frame_bindings: bind(&gpu.device, &layouts.frame, &resources),
+            caster_bindings,
+            caster_stride,
             eyes: count,
             has_ground: ground.is_some(),
-            shows_map: settings.shadow.show_map.is_some_and(|shown| (shown as usize) < count),
+            shows_map: picture.settings.shadow.show_map.is_some_and(|shown| (shown as usize) < count),
             maps,
         }
     }
 }
 
-/// And how many eyes there are.
-fn shadows(scene: &Scene, settings: &Settings, view: &View) -> (Shadows, usize) {
+/// Uniforms of the eyes, one after the other, and the bytes from one to the next.
+fn casters(gpu: &Gpu, layouts: &Layouts, eyes: &[Eye], shading: Shading) -> (wgpu::BindGroup, u32) {
+    let alignment = gpu.device.limits().min_uniform_buffer_offset_alignment as usize;
+    let stride = size_of::<Caster>().next_multiple_of(alignment);
+    // There is always one, because something has to be bound.
+    let mut casters = vec![0; stride * eyes.len().max(1)];
+    for (bytes, eye) in casters.chunks_exact_mut(stride).zip(eyes) {
+        let moves = u32::from(shading != Shading::Bump);
+        let caster = Caster { clip_from_world: eye.clip_from_world, moves, ..Caster::zeroed() };
+        bytes[..size_of::<Caster>()].copy_from_slice(bytemuck::bytes_of(&caster));
+    }
+    let buffer = &gpu.filled(&casters, BufferUsages::UNIFORM);
+    let size = wgpu::BufferSize::new(size_of::<Caster>() as u64);
+    let resource = wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size });
+    (bind(&gpu.device, &layouts.caster, &[resource]), stride as u32)
+}
+
+/// Uniforms of the shadows, and how many eyes the lights have.
+fn shadows(picture: &Picture) -> (Shadows, usize) {
+    let Picture { scene, settings, ref view, .. } = *picture;
     let shadow = &settings.shadow;
     let bounds = scene.bounds();
     let mut all = Shadows {
@@ -183,7 +178,9 @@ fn shadows(scene: &Scene, settings: &Settings, view: &View) -> (Shadows, usize) 
     (all, count)
 }
 
-fn environment(scene: &Scene, settings: &Settings, view: &View, aspect: f32) -> Environment {
+/// Uniforms of the environment; zero without one.
+fn environment(picture: &Picture) -> Environment {
+    let Picture { scene, settings, ref view, aspect } = *picture;
     let Some(around) = Around::new(scene.environment.as_ref(), settings, view, aspect) else {
         return Environment::zeroed();
     };
@@ -204,7 +201,9 @@ fn environment(scene: &Scene, settings: &Settings, view: &View, aspect: f32) -> 
     }
 }
 
-fn ground_of(scene: &Scene, settings: &Settings, view: &View) -> Option<Ground> {
+/// Uniforms of the ground; `None` without one.
+fn ground(picture: &Picture) -> Option<Ground> {
+    let Picture { scene, settings, ref view, .. } = *picture;
     let Disc { centre, radius, up, colour, show, .. } = Disc::new(scene, settings, view)?;
     let (_, front) = settings.camera.axes();
     let catches = f32::from(u8::from(show == Show::Shadows));
