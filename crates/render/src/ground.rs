@@ -20,11 +20,15 @@ pub(crate) struct Floor {
 /// The ground of a picture. Twin of `Ground` in `shaders/ground.wgsl`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Disc {
+    /// Centre of the disc, world space.
     pub(crate) centre: Vec3,
+    /// Radius of the disc, world units.
     pub(crate) radius: f32,
-    /// Unit.
+    /// Unit normal of the disc.
     pub(crate) up: Vec3,
+    /// Colour of the disc, linear RGB.
     pub(crate) colour: Vec3,
+    /// Part of the ground that is drawn.
     pub(crate) show: Show,
     clip_from_world: Mat4,
     world_from_clip: Mat4,

@@ -11,18 +11,19 @@ use glam::{Vec3, Vec4};
 /// A light in world space; the twin of `Light` in `shaders/frame.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Lamp {
-    /// Towards the light (w = 0), or where it is (w = 1).
+    /// Direction to the light (w = 0), or its position (w = 1).
     pub(crate) place: Vec4,
-    /// Linear RGB, from afar or at a distance of one unit.
+    /// Radiance of a white surface that faces the light, linear RGB: from afar, or at a distance of one unit.
     pub(crate) radiance: Vec3,
-    /// Unit, where a spot points.
+    /// Unit direction in which a spot points.
     pub(crate) axis: Vec3,
-    /// Cosines of half the angle of a spot and of where it begins to fade; −1 shines everywhere.
+    /// Cosine of half the opening angle of a spot; −1 shines in all directions.
     pub(crate) cos_outer: f32,
+    /// Cosine of the angle within which a spot has its full strength.
     pub(crate) cos_inner: f32,
 }
 
-/// The lights of a picture.
+/// The lights of a picture in world space, in the order of the settings.
 pub(crate) fn lamps(scene: &Scene, settings: &Settings, view: &View) -> Vec<Lamp> {
     let sun = sample::sun(scene.environment.as_ref(), settings);
     let lamp = |light: &Light| match sun {
@@ -35,6 +36,7 @@ pub(crate) fn lamps(scene: &Scene, settings: &Settings, view: &View) -> Vec<Lamp
 }
 
 impl Light {
+    /// This light before a camera.
     pub(crate) fn lamp(&self, view: &View, bounds: Sphere) -> Lamp {
         self.lamp_towards(self.direction_in_world(view), self.intensity * self.colour.linear(), bounds)
     }
@@ -74,7 +76,7 @@ impl Light {
 }
 
 impl Lamp {
-    /// Unit vector to the light from a place, and what arrives there.
+    /// Unit vector to the light from a position, and the light that arrives there on a surface that faces it.
     pub(crate) fn incoming(&self, position: Vec3) -> (Vec3, Vec3) {
         let way = self.place.truncate() - self.place.w * position;
         let direction = way.normalize_or_zero();
@@ -89,7 +91,7 @@ impl Lamp {
     }
 }
 
-/// As in WGSL.
+/// The function of this name in WGSL: 0 below `low`, 1 above `high`, a cubic polynomial in between.
 pub(crate) fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
     let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)

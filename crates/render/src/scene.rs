@@ -1,4 +1,4 @@
-//! What is drawn: one triangle mesh, ready for f32, and the map that displaces it.
+//! The scene of a picture: one triangle mesh in single precision, and the map that displaces it.
 
 use crate::bounds::Sphere;
 use crate::environment::Environment;
@@ -13,15 +13,15 @@ use thiserror::Error;
 pub struct Scene {
     mesh: Mesh,
     bounds: Sphere,
-    /// The least of each coordinate of all triangles.
+    /// Least coordinates of all triangles.
     low: Vec3,
     /// Base colours, for triangles that have texture coordinates.
     pub textures: Textures,
     /// Tangent-space normals (green along v, up), for triangles that have texture coordinates.
     pub normal_map: Option<Texture>,
-    /// What moves the vertices.
+    /// Displacement map of the mesh.
     pub relief: Option<Relief>,
-    /// What is all around.
+    /// Light from all around.
     pub environment: Option<Environment>,
 }
 
@@ -31,29 +31,29 @@ pub enum SceneError {
     /// A corner names a position, normal or texture coordinate that is not there.
     #[error("triangle {triangle} has a corner out of range")]
     CornerOutOfRange {
-        /// Zero-based.
+        /// Index of the triangle, from 0.
         triangle: usize,
     },
-    /// There must be one frame per triangle, if any.
+    /// The mesh has tangent frames, but not one per triangle.
     #[error("{found} tangent frames for {expected} triangles")]
     TangentCount {
-        /// Frames.
+        /// Number of frames.
         found: usize,
-        /// Triangles.
+        /// Number of triangles.
         expected: usize,
     },
-    /// There must be one number per position.
+    /// The mesh has numbers for heat maps, but not one per position.
     #[error("{found} numbers for {expected} vertices")]
     ScalarCount {
-        /// Numbers.
+        /// Number of numbers.
         found: usize,
-        /// Positions.
+        /// Number of positions.
         expected: usize,
     },
 }
 
 impl Scene {
-    /// Checks the mesh.
+    /// Checks that all indices of a mesh are in range.
     pub fn new(mesh: Mesh) -> Result<Self, SceneError> {
         let inside = |corners: [u32; 3], len: usize| corners.iter().all(|&i| (i as usize) < len);
         let valid = |t: &Triangle| {
@@ -88,7 +88,7 @@ impl Scene {
         }
     }
 
-    /// The arrays.
+    /// The mesh as arrays.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
     }
@@ -113,13 +113,13 @@ impl Scene {
         Sphere { radius: self.bounds.radius + reach, ..self.bounds }
     }
 
-    /// How high the lowest vertex of a triangle is along a coordinate axis.
+    /// Least coordinate of the triangles along an axis of the coordinate system.
     pub(crate) fn lowest(&self, up: Vec3) -> f32 {
         self.low.dot(up)
     }
 }
 
-/// With the least of each coordinate. Vertices without a face are not drawn and do not count.
+/// A sphere about all triangles, and their least coordinates. Vertices without a face are not drawn and do not count.
 fn bounds(mesh: &Mesh) -> (Sphere, Vec3) {
     let drawn = || mesh.triangles.iter().flat_map(|t| t.positions).map(|i| mesh.positions[i as usize]);
     let Some(first) = drawn().next() else { return <_>::default() };

@@ -1,4 +1,4 @@
-//! Shadow maps: what a light sees of the scene, and how it is asked what lies in a shadow.
+//! Shadow maps: the views that lights have of a scene.
 //!
 //! Lance Williams. Casting curved shadows on curved surfaces. SIGGRAPH 1978.
 
@@ -14,28 +14,31 @@ use crate::settings::shadow::{LightProjection, Shadow};
 use glam::camera::rh::proj::directx;
 use glam::{Mat3, Mat4, Vec3};
 
-/// A picture that a light takes.
+/// View of a light, from which one shadow map is drawn. Distances are world units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Eye {
+    /// Clip space (depth 0..1, near to far) from world space.
     pub(crate) clip_from_world: Mat4,
-    /// Along its axis.
+    /// Distance of the near plane along the axis.
     pub(crate) near: f32,
+    /// Distance of the far plane along the axis.
     pub(crate) far: f32,
+    /// Projection of the view.
     pub(crate) rays: Rays,
-    /// Radius of the light: as a tangent if rays are parallel, else in world units.
+    /// Radius of the light: the tangent of its angle if rays are parallel, else a length.
     pub(crate) light_size: f32,
 }
 
-/// Rays of a picture, with half of its width.
+/// Projection of a light's view, with half of its width.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Rays {
-    /// World units.
+    /// Parallel rays; half the width is a length.
     Parallel(f32),
-    /// Tangent of the angle.
+    /// Rays from one point; half the width is the tangent of an angle.
     Perspective(f32),
 }
 
-/// Pictures that all lights take together, at most.
+/// Largest number of views that all lights have together.
 pub(crate) const MAX_EYES: usize = 6 * MAX_LIGHTS;
 /// Faces of a point light's map reach over one another a little, so that filters find what lies beyond an edge.
 const FACE: f32 = 1.06;
@@ -49,7 +52,7 @@ const TURN: f32 = 0.02;
 /// Shadows of a low light that are longer than so many radii are cut off.
 const LONGEST: f32 = 20.0;
 
-/// What each of the lights sees.
+/// Views of each of the lights.
 pub(crate) fn eyes_of_lights(scene: &Scene, settings: &Settings, view: &View, lamps: &[Lamp]) -> Vec<Vec<Eye>> {
     let floor = ground::floor(scene, settings, view.up_in_world);
     let bounds = scene.displaced_bounds(reach(scene, settings));
@@ -57,7 +60,7 @@ pub(crate) fn eyes_of_lights(scene: &Scene, settings: &Settings, view: &View, la
     settings.lights.iter().zip(lamps).map(eyes).collect()
 }
 
-/// What a light sees, one picture or six (+x −x +y −y +z −z).
+/// Views of a light: one, or six (+x −x +y −y +z −z).
 fn eyes(light: &Light, lamp: &Lamp, shadow: &Shadow, bounds: Sphere, floor: Option<Floor>) -> Vec<Eye> {
     let radius = bounds.radius.max(f32::MIN_POSITIVE.sqrt());
     let tangent = (0.5 * shadow.light_angle.to_radians()).tan();
