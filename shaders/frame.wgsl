@@ -1,4 +1,4 @@
-// Bind group 0: what is the same for the whole picture. Choices (SHADING and so on) are constants that are put in front. Colours are linear unless said otherwise.
+// Bind group 0: what is the same for the whole picture. Choices (SHADING and so on) are constants that are appended. Colours are linear unless said otherwise.
 struct Light {
     // Towards the light (w = 0), or where it is (w = 1); world space.
     place: vec4f,

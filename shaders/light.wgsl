@@ -1,4 +1,4 @@
-// How light leaves a surface. Twin of viewer/src/shading.rs, formula by formula.
+// How light leaves a surface. Twin of software/shading.rs of planish-render, formula by formula.
 
 struct Incoming {
     // Unit, towards the light.

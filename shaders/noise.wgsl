@@ -1,4 +1,4 @@
-// Noise in three dimensions, for surfaces without texture coordinates. Twin of crates/viewer/src/noise.rs.
+// Noise in three dimensions, for surfaces without texture coordinates. Twin of noise.rs of planish-render.
 // Ken Perlin. An image synthesizer. SIGGRAPH 1985. Improving noise. SIGGRAPH 2002. The permutations are a hash here.
 
 fn noise_hash(cell: vec3i) -> u32 {

@@ -1,5 +1,5 @@
 // What lies in a light's shadow. Maps are read texel by texel, because filters of hardware compare with few bits, and
-// percentage-closer soft shadows need the depths themselves. Twin of viewer/src/software/shadows.rs.
+// percentage-closer soft shadows need the depths themselves. Twin of software/shadows.rs of planish-render.
 struct Eye {
     clip_from_world: mat4x4f,
     world_from_clip: mat4x4f,

@@ -1,4 +1,4 @@
-// Bind group 3: pictures on the surface, v up, repeated outside the unit square. Twin of viewer/src/texture.rs.
+// Bind group 3: pictures on the surface, v up, repeated outside the unit square. Twin of texture.rs of planish-render.
 @group(3) @binding(0) var colour_map: texture_2d<f32>;
 @group(3) @binding(1) var colour_sampler: sampler;
 @group(3) @binding(2) var normal_map: texture_2d<f32>;

@@ -3,7 +3,7 @@
 use crate::headless::Failure;
 use clap::{Parser, ValueEnum};
 use planish_geometry::metrics::Heat;
-use planish_viewer::environment::file::Source;
+use planish_viewer::environment::file::{Source, parse_source};
 use planish_viewer::gpu::Backend;
 use planish_viewer::ground::Show;
 use planish_viewer::open::Files;
@@ -114,7 +114,7 @@ pub(crate) struct Args {
     ground: Option<Show>,
 
     /// What is all around: desert, ice, an equirectangular picture, or a folder with the six faces of a cube map.
-    #[arg(long, value_name = "WHICH")]
+    #[arg(long, value_name = "WHICH", value_parser = parse_source)]
     environment: Option<Source>,
 
     /// Camera: degrees to the right about the up axis, from the front.

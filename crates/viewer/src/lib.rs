@@ -1,46 +1,13 @@
-//! Draws a mesh.
+//! The window of planish, and what it does with files. [`planish_render`] draws.
 //!
-//! A picture is a function of two values: a [`scene::Scene`] (one triangle mesh in f32) and
-//! [`settings::Settings`] (everything else, stored as JSON). [`software::render`] draws it on the CPU.
-//!
-//! ```
-//! use glam::Vec3;
-//! use planish_viewer::scene::{Mesh, Scene, SceneError, Side, Triangle};
-//! use planish_viewer::settings::{Settings, Size};
-//! use planish_viewer::software;
-//!
-//! let scene = Scene::new(Mesh {
-//!     positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
-//!     normals: vec![Vec3::Z],
-//!     triangles: vec![Triangle { positions: [0, 1, 2], normals: [0; 3], uvs: None, sides: [Side::Edge; 3] }],
-//!     ..Mesh::default()
-//! })?;
-//! let settings = Settings { size: Size { width: 64, height: 48 }, ..Settings::default() };
-//! assert_eq!(software::render(&scene, &settings).dimensions(), (64, 48));
-//! # Ok::<(), SceneError>(())
-//! ```
+//! [`app`] holds what is open, chosen and going on, without GPU or widgets; [`window`] draws it.
+
+pub use planish_render::gpu::{painter, renderer};
+pub use planish_render::settings::{camera, ground, lights, shadow};
+pub use planish_render::{bounds, colour, gpu, input, mesh, relief, scene, settings, software, texture};
 
 pub mod app;
-pub mod camera;
-pub mod colour;
 pub mod environment;
 pub mod errors;
-pub mod gpu;
-mod gpu_types;
-pub mod ground;
-pub mod input;
-pub mod lights;
-mod noise;
 pub mod open;
-pub mod painter;
-pub mod relief;
-mod render_mesh;
-pub mod renderer;
-pub mod scene;
-pub mod settings;
-pub mod shaders;
-mod shading;
-pub mod shadow;
-pub mod software;
-pub mod texture;
 pub mod window;

@@ -241,7 +241,7 @@ fn take(app: &mut App, wanted: Wanted, path: &Path) {
         Wanted::Target if is_mesh => app.choices.recipe.target = Some(path.to_owned()),
         Wanted::Mask if !is_mesh => app.choices.recipe.limits.mask = Some(path.to_owned()),
         Wanted::Environment => {
-            let Ok(source) = path.to_string_lossy().parse();
+            let Ok(source) = crate::environment::file::parse_source(&path.to_string_lossy());
             app.choices.view.environment.get_or_insert_default().source = source;
         }
         _ => app.open(path),

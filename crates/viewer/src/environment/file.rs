@@ -8,35 +8,19 @@ use crate::colour::linear_from_srgb;
 use crate::open::BadFile;
 use glam::Vec3;
 use image::{DynamicImage, ImageReader};
-use serde::{Deserialize, Serialize};
 use std::convert::Infallible;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
-/// Where an environment comes from; relative paths are from the working directory.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Source {
-    /// Made by this program.
-    Scene(Scene),
-    /// One picture by longitude and latitude, twice as wide as high.
-    Equirect(PathBuf),
-    /// A folder with six square pictures, see [`NAMES`].
-    Cube(PathBuf),
-}
+pub use crate::settings::environment::Source;
 
-impl FromStr for Source {
-    type Err = Infallible;
-
-    /// `desert`, `ice`, a folder or a file.
-    fn from_str(text: &str) -> Result<Self, Infallible> {
-        Ok(match text {
-            "desert" => Self::Scene(Scene::Desert),
-            "ice" => Self::Scene(Scene::Ice),
-            _ if Path::new(text).is_dir() => Self::Cube(text.into()),
-            _ => Self::Equirect(text.into()),
-        })
-    }
+/// The origin that a text names: `desert`, `ice`, a folder or a file.
+pub fn parse_source(text: &str) -> Result<Source, Infallible> {
+    Ok(match text {
+        "desert" => Source::Scene(Scene::Desert),
+        "ice" => Source::Scene(Scene::Ice),
+        _ if Path::new(text).is_dir() => Source::Cube(text.into()),
+        _ => Source::Equirect(text.into()),
+    })
 }
 
 /// How the files of the faces +x −x +y −y +z −z may be called, before the dot: right, left, up, down, ahead, behind.

@@ -1,7 +1,7 @@
 //! What the mouse does to the camera. Angles in degrees; pointer positions in normalised device coordinates, y up.
 
+use crate::bounds::Sphere;
 use crate::camera::{Camera, Projection};
-use crate::scene::Sphere;
 use glam::{Vec2, Vec3};
 
 /// Degrees that a drag over the height of the view turns the model.

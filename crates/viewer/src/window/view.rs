@@ -5,8 +5,8 @@ use super::session::{Comparing, Session};
 use super::stage::height_range;
 use crate::app::jobs::Status;
 use crate::app::{App, MessageKind, Work};
+use crate::bounds::Sphere;
 use crate::lights::Light;
-use crate::scene::Sphere;
 use crate::settings::Shading;
 use egui::{Color32, CursorIcon, Pos2, Rect, Sense, Ui, Vec2, pos2, vec2};
 

@@ -1,0 +1,140 @@
+//! A scene as arrays for the GPU.
+
+use crate::gpu::types::{Extra, Vertex, Wedge};
+use crate::mesh::Side;
+use crate::scene::Scene;
+use glam::{Vec2, Vec4};
+use planish_geometry::displacement::Place;
+use planish_geometry::texture::tangents::Tangent;
+use std::ops::Range;
+
+/// Bits of a corner that hold its wedge; above them two for the side and one for the texture. `WEDGE_BITS` in `shaders/surface.wgsl`.
+const WEDGE_BITS: u32 = 28;
+
+/// What the buffers of bind group 2 hold.
+pub(crate) struct RenderMesh {
+    /// #V
+    pub(crate) vertices: Vec<Vertex>,
+    /// #V
+    pub(crate) extras: Vec<Extra>,
+    /// Distinct combinations of vertex, normal, texture coordinate and frame.
+    pub(crate) wedges: Vec<Wedge>,
+    /// #T×3, triangles of one texture together.
+    pub(crate) corners: Vec<u32>,
+    /// Corners of each texture.
+    pub(crate) runs: Vec<Run>,
+    /// Where each ring begins, and then the triangles around the vertices; see `shaders/normals.wgsl`.
+    pub(crate) rings: Vec<u32>,
+}
+
+/// Corners that are drawn with one texture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Run {
+    /// Place in the scene's list.
+    pub(crate) texture: Option<u32>,
+    pub(crate) corners: Range<u32>,
+}
+
+impl RenderMesh {
+    pub(crate) fn new(scene: &Scene) -> Self {
+        let mesh = scene.mesh();
+        let (vertices, extras) = (0..mesh.positions.len()).map(|v| vertex(scene, v)).unzip();
+        let mut wedges = Wedges { all: Vec::new(), first: vec![NONE; mesh.positions.len()], next: Vec::new() };
+        let mut corners = Vec::with_capacity(3 * mesh.triangles.len());
+        let texture = |t: &usize| scene.textures.of_triangle(*t);
+        let mut order: Vec<usize> = (0..mesh.triangles.len()).collect();
+        // Stable: within a texture the order of the file.
+        order.sort_by_key(texture);
+        for t in order.iter().copied() {
+            let triangle = &mesh.triangles[t];
+            let textured = u32::from(texture(&t).is_some()) << 2;
+            for k in 0..3 {
+                let vertex = triangle.positions[k];
+                let wedge = wedges.number(Wedge {
+                    normal: mesh.normals[triangle.normals[k] as usize],
+                    vertex,
+                    tangent: mesh.tangents.get(t).map_or(Vec4::ZERO, |frames| frame(frames[k])),
+                    uv: triangle.uvs.map_or(Vec2::ZERO, |uvs| mesh.uvs[uvs[k] as usize]),
+                    has_uv: if triangle.uvs.is_some() { 1.0 } else { 0.0 },
+                    _pad: 0.0,
+                });
+                let side = match triangle.sides[k] {
+                    Side::Edge => 0,
+                    Side::Seam => 1,
+                    Side::Diagonal => 2,
+                };
+                corners.push((textured | side) << WEDGE_BITS | wedge);
+            }
+        }
+        let runs = runs(order.iter().map(texture));
+        let rings = scene.relief.as_ref().map_or_else(Vec::new, |relief| {
+            let (rings, count) = (&relief.rings, mesh.positions.len() as u32);
+            let ends = (0..count).map(|v| rings.range(v).end as u32);
+            let starts = std::iter::once(0).chain(ends).map(|pairs| count + 1 + 2 * pairs);
+            starts.chain(rings.items().as_flattened().iter().copied()).collect()
+        });
+        Self { vertices, extras, wedges: wedges.all, corners, runs, rings }
+    }
+}
+
+fn runs(textures: impl Iterator<Item = Option<u32>>) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
+    for (texture, first) in textures.zip((0..).step_by(3)) {
+        match runs.last_mut() {
+            Some(run) if run.texture == texture => run.corners.end = first + 3,
+            _ => runs.push(Run { texture, corners: first..first + 3 }),
+        }
+    }
+    runs
+}
+
+fn frame(tangent: Tangent) -> Vec4 {
+    tangent.tangent.extend(tangent.sign)
+}
+
+fn vertex(scene: &Scene, v: usize) -> (Vertex, Extra) {
+    let mesh = scene.mesh();
+    let number = mesh.scalars.as_ref().map(|scalars| scalars[v]).filter(|x| x.is_finite());
+    let mut vertex = Vertex { position: mesh.positions[v], ..Vertex::default() };
+    let mut extra = Extra {
+        number: number.unwrap_or(0.0),
+        has_number: if number.is_some() { 1.0 } else { 0.0 },
+        ..Extra::default()
+    };
+    if let Some(relief) = &scene.relief {
+        let of_map = &relief.vertices[v];
+        vertex.normal = of_map.normal;
+        extra.tangent = frame(of_map.tangent);
+        match of_map.place {
+            None => {}
+            Some(Place::Uv(uv)) => (vertex.place, extra.uv) = (1, uv),
+            Some(Place::Texel(texel)) => (vertex.place, vertex.texel) = (2, texel),
+        }
+    }
+    (vertex, extra)
+}
+
+const NONE: u32 = u32::MAX;
+
+/// Wedges in the order in which they are met; those of a vertex are chained.
+struct Wedges {
+    all: Vec<Wedge>,
+    /// #V
+    first: Vec<u32>,
+    next: Vec<u32>,
+}
+
+impl Wedges {
+    fn number(&mut self, wedge: Wedge) -> u32 {
+        let mut link = self.first[wedge.vertex as usize];
+        while link != NONE && self.all[link as usize] != wedge {
+            link = self.next[link as usize];
+        }
+        if link == NONE {
+            link = self.all.len() as u32;
+            self.all.push(wedge);
+            self.next.push(std::mem::replace(&mut self.first[wedge.vertex as usize], link));
+        }
+        link
+    }
+}

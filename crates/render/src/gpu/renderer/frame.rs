@@ -1,0 +1,102 @@
+//! Settings as the shaders get them.
+
+use crate::camera::View;
+use crate::draw_parameters::{LINE_WIDTH, derives_normals, heat_range, marble_frequency, normal_map_strength};
+use crate::gpu::shaders::Variant;
+use crate::gpu::types::{Displacement, Frame, Light};
+use crate::ground;
+use crate::lights::{Lamp, lamps};
+use crate::relief::Relief;
+use crate::scene::Scene;
+use crate::settings::{Displace, Normals, Settings, Shading, Size};
+use glam::Mat4;
+use planish_geometry::displacement::MapKind;
+
+/// A scene as one picture shows it.
+pub(super) struct Picture<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) settings: &'a Settings,
+    pub(super) view: View,
+    /// Width / height.
+    pub(super) aspect: f32,
+}
+
+impl<'a> Picture<'a> {
+    pub(super) fn new(scene: &'a Scene, settings: &'a Settings, size: Size) -> Self {
+        let aspect = size.width as f32 / size.height as f32;
+        Self { scene, settings, view: ground::view(scene, settings, aspect), aspect }
+    }
+}
+
+/// Uniforms of a picture. `scale`: pixels drawn for each pixel of the picture.
+pub(super) fn frame(picture: &Picture, scale: f32) -> Frame {
+    let Picture { scene, settings, ref view, .. } = *picture;
+    let mut frame = Frame {
+        clip_from_world: view.clip_from_world,
+        world_from_view: Mat4::from_mat3(view.world_from_view),
+        eye_in_world: view.eye_in_world,
+        up_in_world: view.up_in_world,
+        light_count: settings.lights.len() as u32,
+        sky: settings.ambient.intensity * settings.ambient.sky.linear(),
+        specular: settings.material.specular,
+        ground: settings.ambient.intensity * settings.ambient.ground.linear(),
+        exponent: settings.material.exponent,
+        base_colour: settings.material.colour.linear(),
+        checker_light: settings.checker.light.linear(),
+        checker_squares: settings.checker.squares,
+        checker_dark: settings.checker.dark.linear(),
+        background_top: settings.background.top.encoded(),
+        background_bottom: settings.background.bottom.encoded(),
+        vein_colour: settings.marble.colour.linear(),
+        vein_frequency: marble_frequency(scene, settings),
+        heat_relief: settings.heat.relief,
+        line_width: LINE_WIDTH * scale,
+        normal_strength: normal_map_strength(scene, settings).unwrap_or(0.0),
+        ..Frame::default()
+    };
+    if matches!(settings.shading, Shading::Height | Shading::Heat)
+        && let Some(range) = heat_range(scene, settings)
+    {
+        (frame.heat_low, frame.heat_high, frame.has_heat) = (range.low, range.high, 1);
+    }
+    // HAS_NORMAL_MAP, HAS_HEIGHTS_IN_UV
+    let has = [scene.normal_map.is_some(), scene.relief.as_ref().is_some_and(Relief::in_uv)];
+    frame.has = (0..).zip(has).map(|(bit, has)| u32::from(has) << bit).sum();
+    for (slot, lamp) in frame.lights.iter_mut().zip(lamps(scene, settings, view)) {
+        let Lamp { place, radiance, axis, cos_outer, cos_inner } = lamp;
+        *slot = Light { place, radiance, cos_outer, axis, cos_inner };
+    }
+    frame
+}
+
+/// What the shaders are compiled for.
+pub(super) fn variant(scene: &Scene, settings: &Settings) -> Variant {
+    let Settings { shading, overlay, sampling, shadow, .. } = *settings;
+    Variant {
+        shading,
+        normals: normals(scene, settings),
+        overlay,
+        sampling,
+        filter: shadow.filter,
+        outside: shadow.outside,
+    }
+}
+
+/// Normals that are not there are not asked for.
+fn normals(scene: &Scene, settings: &Settings) -> Normals {
+    match settings.displace.normals {
+        Normals::Derived if !derives_normals(scene, settings) => Normals::Base,
+        normals => normals,
+    }
+}
+
+pub(super) fn displacement(scene: &Scene, displace: &Displace) -> Displacement {
+    let Some(relief) = &scene.relief else { return Displacement::default() };
+    let [bias, scale] = relief.bias_and_scale(displace);
+    let kind = match relief.map.kind() {
+        MapKind::Scalar => 0,
+        MapKind::VectorObject => 1,
+        MapKind::VectorTangent => 2,
+    };
+    Displacement { bias, scale, lambda: relief.signed_lambda(displace), kind }
+}

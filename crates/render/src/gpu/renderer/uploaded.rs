@@ -1,0 +1,153 @@
+//! A scene on the device.
+
+use super::bindings::{Layouts, bind};
+use super::pictures::{self, Samplers};
+use crate::environment::cube::CubeMap;
+use crate::gpu::render_mesh::{RenderMesh, Run};
+use crate::gpu::types::{Displacement, Frame};
+use crate::gpu::{Gpu, NoGpu};
+use crate::relief::Relief;
+use crate::scene::Scene;
+use crate::settings::Settings;
+use bytemuck::Pod;
+use glam::Vec3;
+use planish_geometry::colormap::Colormap;
+use wgpu::BufferUsages;
+
+/// Buffers and textures of a scene.
+#[derive(Debug)]
+pub struct Uploaded {
+    pub(super) corner_count: u32,
+    pub(super) vertex_count: u32,
+    pub(super) frame: wgpu::Buffer,
+    pub(super) displacement: wgpu::Buffer,
+    pub(super) places: wgpu::Buffer,
+    pub(super) map_bindings: wgpu::BindGroup,
+    pub(super) surface_bindings: wgpu::BindGroup,
+    /// The same without the normals that are being computed.
+    pub(super) computed_surface_bindings: wgpu::BindGroup,
+    pub(super) result_bindings: wgpu::BindGroup,
+    pub(super) environment: wgpu::TextureView,
+    pub(super) environment_sampler: wgpu::Sampler,
+    /// What is drawn with which texture.
+    pub(super) runs: Vec<Run>,
+    textures: Vec<wgpu::TextureView>,
+    /// Where there is none.
+    plain: wgpu::TextureView,
+    normal_map: wgpu::TextureView,
+    bytes: u64,
+    /// In the order of [`Colormap::ALL`].
+    heat_maps: Vec<wgpu::TextureView>,
+}
+
+impl Uploaded {
+    pub(super) fn new(gpu: &Gpu, layouts: &Layouts, scene: &Scene) -> Result<Self, NoGpu> {
+        let device = &gpu.device;
+        let mesh = RenderMesh::new(scene);
+        let RenderMesh { vertices, extras, wedges, corners, rings, .. } = &mesh;
+        let all = [contents(vertices), contents(extras), contents(wedges), contents(corners), contents(rings)];
+        let limits = device.limits();
+        let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        if let Some(bytes) = all.iter().map(|bytes| bytes.len() as u64).find(|bytes| *bytes > limit) {
+            return Err(NoGpu::TooLarge { adapter: gpu.adapter.name.clone(), bytes, limit });
+        }
+        let storage = |bytes: &[u8]| gpu.filled(bytes, BufferUsages::STORAGE);
+        let buffer = |size, usage| {
+            device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
+        };
+        let uniform = |size: usize| buffer(size as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
+        let [vertices, extras, wedges, corners, rings] = all.map(|bytes| storage(&bytes));
+        let results = || buffer(16 * mesh.vertices.len().max(1) as u64, BufferUsages::STORAGE | BufferUsages::COPY_SRC);
+        let (places, normals) = (results(), results());
+        let frame = uniform(size_of::<Frame>());
+        let displacement = uniform(size_of::<Displacement>());
+        let height_map =
+            scene.relief.as_ref().map_or_else(|| pictures::floats(gpu, [1, 1], 1, &[0.0]), |relief| map(gpu, relief));
+        let group = |layout, resources: &[wgpu::BindingResource]| bind(device, layout, resources);
+        let plain = pictures::plain(gpu, [u8::MAX; 4]);
+        let uploaded = |texture| pictures::uploaded(gpu, texture);
+        let surface = [&vertices, &extras, &wedges, &corners].map(wgpu::Buffer::as_entire_binding);
+        let with = |normals: &wgpu::Buffer| {
+            let [a, b, c, d] = surface.clone();
+            group(&layouts.surface, &[a, b, c, d, normals.as_entire_binding()])
+        };
+        let buffers = [&vertices, &extras, &wedges, &corners, &rings, &places, &normals];
+        Ok(Self {
+            bytes: buffers.iter().map(|buffer| buffer.size()).sum(),
+            corner_count: mesh.corners.len() as u32,
+            vertex_count: mesh.vertices.len() as u32,
+            map_bindings: group(
+                &layouts.map,
+                &[wgpu::BindingResource::TextureView(&height_map), displacement.as_entire_binding()],
+            ),
+            surface_bindings: with(&normals),
+            computed_surface_bindings: with(&vertices),
+            result_bindings: group(&layouts.results, &[&places, &normals, &rings].map(wgpu::Buffer::as_entire_binding)),
+            frame,
+            displacement,
+            places,
+            environment: environment_map(gpu, scene),
+            environment_sampler: pictures::smooth_sampler(device),
+            runs: mesh.runs,
+            textures: scene.textures.all().iter().map(uploaded).collect(),
+            normal_map: scene.normal_map.as_ref().map_or_else(|| plain.clone(), uploaded),
+            plain,
+            heat_maps: Colormap::ALL.iter().map(|map| pictures::row(gpu, &texels(*map))).collect(),
+        })
+    }
+
+    /// Bytes of its buffers; textures come on top.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// For a run.
+    pub(super) fn texture_bindings(
+        &self,
+        device: &wgpu::Device,
+        layouts: &Layouts,
+        samplers: &Samplers,
+        settings: &Settings,
+        run: &Run,
+    ) -> wgpu::BindGroup {
+        let texture = run.texture.map_or(&self.plain, |i| &self.textures[i as usize]);
+        let heat_map = Colormap::ALL.iter().position(|map| *map == settings.heat.map).unwrap_or(0);
+        let view = wgpu::BindingResource::TextureView;
+        let sampler = wgpu::BindingResource::Sampler(samplers.of(settings.sampling));
+        let resources = [view(texture), sampler, view(&self.normal_map), view(&self.heat_maps[heat_map])];
+        bind(device, &layouts.textures, &resources)
+    }
+}
+
+/// Samples of a colour map: sRGB, as stored.
+fn texels(map: Colormap) -> Vec<[u8; 4]> {
+    let texel = |rgb: &u32| {
+        let [_, r, g, b] = rgb.to_be_bytes();
+        [r, g, b, u8::MAX]
+    };
+    map.samples().iter().map(texel).collect()
+}
+
+/// At least one element: an empty buffer cannot be bound.
+fn contents<T: Pod>(all: &[T]) -> Vec<u8> {
+    if all.is_empty() { vec![0; size_of::<T>()] } else { bytemuck::cast_slice(all).to_vec() }
+}
+
+/// Heights as one channel; vectors as three and one for the alignment.
+fn map(gpu: &Gpu, relief: &Relief) -> wgpu::TextureView {
+    let (size, planes) = (relief.map.size(), relief.map.planes());
+    match planes {
+        [heights] => pictures::floats(gpu, [size.width, size.height], 1, heights),
+        planes => {
+            let texel = |i: usize| [planes[0][i], planes[1][i], planes[2][i], 1.0];
+            let texels: Vec<[f32; 4]> = (0..planes[0].len()).map(texel).collect();
+            pictures::floats(gpu, [size.width, size.height], 4, texels.as_flattened())
+        }
+    }
+}
+
+/// The cube map of a scene on the device; black without one.
+fn environment_map(gpu: &Gpu, scene: &Scene) -> wgpu::TextureView {
+    let black = [CubeMap::from_fn(1, |_| Vec3::ZERO)];
+    pictures::cube(gpu, scene.environment.as_ref().map_or(&black[..], |environment| &environment.levels))
+}

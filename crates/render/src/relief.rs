@@ -1,0 +1,114 @@
+//! A map that moves vertices: the baked one, which takes noise off, or any picture of heights, which puts a relief on.
+
+use crate::mesh::Mesh;
+use crate::settings::Displace;
+use glam::Vec3;
+use planish_geometry::apply::ShaderVertex;
+use planish_geometry::displacement::{Displacement, Encoding, MapKind, Place};
+use planish_geometry::ragged::Ragged;
+use rayon::prelude::*;
+use std::borrow::Cow;
+
+/// Which way heights go.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sense {
+    /// p − λ · height · n: the map says how far noise lifted each vertex.
+    #[default]
+    TakenOff,
+    /// p + λ · height · n: the map says how far to lift each vertex.
+    PutOn,
+}
+
+/// A map and where each vertex samples it.
+#[derive(Clone, Debug)]
+pub struct Relief {
+    /// The map.
+    pub map: Displacement,
+    /// One for each position of the mesh, with the same coordinates. #V
+    pub vertices: Vec<ShaderVertex>,
+    /// Which way heights go.
+    pub sense: Sense,
+    /// The other two corners of the triangles around each vertex, counter-clockwise. #V
+    pub(crate) rings: Ragged<[u32; 2]>,
+}
+
+impl Relief {
+    /// Prepares normals of the displaced surface.
+    pub fn new(mesh: &Mesh, map: Displacement, vertices: Vec<ShaderVertex>, sense: Sense) -> Self {
+        let around = |t: [u32; 3]| (0..3).map(move |k| (t[k], [t[(k + 1) % 3], t[(k + 2) % 3]]));
+        let rings = Ragged::group(mesh.positions.len(), mesh.triangles.iter().flat_map(|t| around(t.positions)));
+        Self { map, vertices, sense, rings }
+    }
+
+    /// λ with its sign for p − λ · height · n.
+    pub(crate) fn signed_lambda(&self, displace: &Displace) -> f32 {
+        match self.sense {
+            Sense::TakenOff => displace.lambda,
+            Sense::PutOn => -displace.lambda,
+        }
+    }
+
+    /// Bias and scale, model units: those of the map unless the settings say otherwise.
+    pub(crate) fn bias_and_scale(&self, displace: &Displace) -> [f32; 2] {
+        let Encoding { bias, scale, .. } = self.map.encoding();
+        [displace.bias.unwrap_or(bias), displace.scale.unwrap_or(scale)]
+    }
+
+    /// Whether texture coordinates say where heights are.
+    pub(crate) fn in_uv(&self) -> bool {
+        self.map.kind() == MapKind::Scalar && self.vertices.iter().any(|v| matches!(v.place, Some(Place::Uv(_))))
+    }
+
+    /// How far texel 1 lifts the surface over texel 0, model units.
+    pub(crate) fn lift(&self, displace: &Displace) -> f32 {
+        -self.signed_lambda(displace) * self.bias_and_scale(displace)[1]
+    }
+
+    /// The furthest that a vertex may move, model units.
+    pub(crate) fn reach(&self, displace: &Displace) -> f32 {
+        let [bias, scale] = self.bias_and_scale(displace);
+        let coordinates = self.map.planes().len() as f32;
+        displace.lambda.abs() * bias.abs().max((bias + scale).abs()) * coordinates.sqrt()
+    }
+
+    fn map_with(&self, displace: &Displace) -> Cow<'_, Displacement> {
+        let Encoding { bias, scale, .. } = self.map.encoding();
+        let wanted = self.bias_and_scale(displace);
+        if wanted == [bias, scale] {
+            Cow::Borrowed(&self.map)
+        } else {
+            Cow::Owned(self.map.with_range(wanted[0], wanted[1]))
+        }
+    }
+
+    /// Where the vertices go. #V×3, model units.
+    pub fn displaced(&self, displace: &Displace) -> Vec<Vec3> {
+        let map = self.map_with(displace);
+        let lambda = self.signed_lambda(displace);
+        self.vertices.par_iter().map(|v| v.displaced(&map, lambda)).collect()
+    }
+
+    /// What the map says at each vertex, model units: the height, or the length of the vector. #V
+    pub fn heights(&self, displace: &Displace) -> Vec<f32> {
+        let map = self.map_with(displace);
+        self.vertices.par_iter().map(|v| v.height(&map)).collect()
+    }
+
+    /// Angle-weighted normals of a surface with these positions (#V×3); zero where no triangle has an area. #V×3, unit.
+    ///
+    /// Grit Thürmer, Charles A. Wüthrich. Computing vertex normals from polygonal facets. JGT 3(1), 1998. Twin of
+    /// `cs_normals` in `shaders/normals.wgsl`.
+    pub(crate) fn normals(&self, positions: &[Vec3]) -> Vec<Vec3> {
+        let normal = |(&ring, &p): (&&[[u32; 2]], &Vec3)| {
+            let sum = ring.iter().map(|&[a, b]| {
+                let [a, b] = [positions[a as usize] - p, positions[b as usize] - p];
+                let across = a.cross(b);
+                let length = across.length();
+                if length > 0.0 { across * (length.atan2(a.dot(b)) / length) } else { Vec3::ZERO }
+            });
+            sum.fold(Vec3::ZERO, |sum, n| sum + n).normalize_or_zero()
+        };
+        let rings: Vec<&[[u32; 2]]> = self.rings.iter().collect();
+        rings.par_iter().zip(positions).map(normal).collect()
+    }
+}

@@ -1,0 +1,281 @@
+//! From a place on the surface to its colour, in linear light and world space. Twin of `shaders/light.wgsl` and
+//! `shaders/mesh.wgsl`.
+//!
+//! James F. Blinn. Models of light reflection for computer synthesized pictures. SIGGRAPH 1977.
+
+use super::shadows::ShadowMaps;
+use crate::camera::View;
+use crate::colour::linear_from_srgb;
+use crate::draw_parameters::{LINE_WIDTH, heat_range, marble_frequency, normal_map_strength};
+use crate::environment::sample::Around;
+use crate::ground::Disc;
+use crate::lights::{Lamp, lamps};
+use crate::mesh::Side;
+use crate::noise::vein;
+use crate::relief::Relief;
+use crate::scene::Scene;
+use crate::settings::ground::Show;
+use crate::settings::{Overlay, Range, Sampling, Settings, Shading};
+use glam::{Mat3, Vec2, Vec3, Vec4};
+use planish_geometry::colormap::Colormap;
+use planish_geometry::displacement::{Place, Weights};
+use planish_geometry::texture::tangents::Tangent;
+
+/// What the rasteriser knows about the surface at one sample.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Fragment {
+    pub(crate) position: Vec3,
+    /// Its triangle.
+    pub(crate) triangle: u32,
+    /// Unit, of the triangle, outwards.
+    pub(crate) face_normal: Vec3,
+    /// Interpolated, outwards, not normalised.
+    pub(crate) normal: Vec3,
+    /// Interpolated.
+    pub(crate) tangent: Tangent,
+    pub(crate) uv: Option<Vec2>,
+    /// Change of uv from this sample to its neighbours.
+    pub(crate) uv_steps: [Vec2; 2],
+    /// ∂p/∂u and ∂p/∂v.
+    pub(crate) along_uv: [Vec3; 2],
+    /// A number of the scene.
+    pub(crate) scalar: Option<f32>,
+    /// What the map says, model units.
+    pub(crate) height: f32,
+    /// Linear RGB blended between the corners, for Gouraud shading.
+    pub(crate) lit: Vec3,
+    /// Distances to the sides opposite the corners, samples.
+    pub(crate) distances: Vec3,
+    pub(crate) sides: [Side; 3],
+}
+
+/// Everything that is the same for the whole picture.
+pub(crate) struct Shader<'a> {
+    scene: &'a Scene,
+    settings: &'a Settings,
+    eye: Vec4,
+    up: Vec3,
+    view_from_world: Mat3,
+    lamps: Vec<Lamp>,
+    around: Option<Around<'a>>,
+    shadows: Option<ShadowMaps>,
+    heat: Option<(Colormap, Range)>,
+    /// Where the slope of heights can be seen.
+    bumps: Option<(&'a Relief, f32)>,
+}
+
+impl<'a> Shader<'a> {
+    /// `positions`: #V×3, displaced.
+    pub(crate) fn new(scene: &'a Scene, settings: &'a Settings, view: &View, aspect: f32, positions: &[Vec3]) -> Self {
+        let lamps = lamps(scene, settings, view);
+        let bumps = scene.relief.as_ref().filter(|relief| relief.in_uv());
+        Self {
+            scene,
+            settings,
+            eye: view.eye_in_world,
+            up: view.up_in_world,
+            view_from_world: view.world_from_view.transpose(),
+            shadows: ShadowMaps::new(scene, settings, view, &lamps, positions),
+            lamps,
+            around: Around::new(scene.environment.as_ref(), settings, view, aspect),
+            heat: heat_range(scene, settings).map(|range| (settings.heat.map, range)),
+            bumps: bumps.map(|relief| (relief, relief.lift(&settings.displace))),
+        }
+    }
+
+    /// Linear RGB towards the eye; may exceed 1. A triangle seen from behind is lit as if it were turned round.
+    pub(crate) fn shade(&self, fragment: &Fragment) -> Vec3 {
+        let to_eye = self.to_eye(fragment.position);
+        let side = if fragment.face_normal.dot(to_eye) < 0.0 { -1.0 } else { 1.0 };
+        let outwards = self.normal(fragment);
+        let normal = side * outwards;
+        let position = fragment.position;
+        let plain = self.settings.material.colour.linear();
+        let colour = match self.settings.shading {
+            Shading::Flat | Shading::Phong | Shading::Bump | Shading::NormalMap => self.lit(plain, position, normal),
+            Shading::Gouraud => fragment.lit,
+            Shading::Texture => self.lit(self.textured(fragment), position, normal),
+            Shading::Clay => self.clay(plain, normal),
+            Shading::Normals => (0.5 * outwards + 0.5).map(linear_from_srgb),
+            Shading::Marble => {
+                let vein = vein(marble_frequency(self.scene, self.settings) * position);
+                self.lit(plain.lerp(self.settings.marble.colour.linear(), vein), position, normal)
+            }
+            Shading::Checker => self.lit(self.checker(fragment), position, normal),
+            Shading::Height | Shading::Heat => {
+                let relief = self.settings.heat.relief;
+                self.heat(fragment) * Vec3::ONE.lerp(self.irradiance(position, normal), relief)
+            }
+        };
+        match self.settings.overlay {
+            Overlay::None => colour,
+            Overlay::Wireframe => colour.lerp(Vec3::new(0.02, 0.02, 0.025), self.line_cover(fragment)),
+            Overlay::Seams => colour.lerp(Vec3::new(0.9, 0.2, 0.02), self.line_cover(fragment)),
+        }
+    }
+
+    /// Linear RGB behind the model at a place of the picture, −1..1 right and up.
+    pub(crate) fn background(&self, at: Vec2) -> Vec3 {
+        let gradient = || {
+            let background = &self.settings.background;
+            // Encoded values, because a gradient should be even to the eye.
+            background.top.encoded().lerp(background.bottom.encoded(), 0.5 - 0.5 * at.y).map(linear_from_srgb)
+        };
+        self.around.as_ref().and_then(|around| around.background(at)).unwrap_or_else(gradient)
+    }
+
+    pub(crate) fn to_eye(&self, position: Vec3) -> Vec3 {
+        (self.eye.truncate() - self.eye.w * position).normalize_or_zero()
+    }
+
+    /// Unit, outwards.
+    fn normal(&self, fragment: &Fragment) -> Vec3 {
+        let shading = self.settings.shading;
+        if shading == Shading::Flat {
+            return fragment.face_normal;
+        }
+        let strength = normal_map_strength(self.scene, self.settings);
+        if let (Some(map), Some(strength), Some(uv)) = (&self.scene.normal_map, strength, fragment.uv) {
+            let texel = 2.0 * map.at(uv, fragment.uv_steps, Sampling::Bilinear) - 1.0;
+            let n = Vec3::Z.lerp(texel, strength);
+            let [tangent, bitangent, normal] = fragment.tangent.frame(fragment.normal);
+            return (n.x * tangent + n.y * bitangent + n.z * normal).normalize_or_zero();
+        }
+        let normal = fragment.normal.try_normalize().unwrap_or(fragment.face_normal);
+        match (self.bumps, fragment.uv) {
+            (Some((relief, lift)), Some(uv)) if shading == Shading::Bump => {
+                bumped(relief, lift, uv, fragment.along_uv, normal)
+            }
+            _ => normal,
+        }
+    }
+
+    /// Blinn-Phong: what is scattered evenly, plus highlights.
+    pub(crate) fn lit(&self, base: Vec3, position: Vec3, normal: Vec3) -> Vec3 {
+        let material = &self.settings.material;
+        let to_eye = self.to_eye(position);
+        let highlight = |light: usize| {
+            let (to_light, radiance) = self.incoming(light, position, normal);
+            let half = (to_light + to_eye).normalize_or_zero();
+            let facing = if normal.dot(to_light) > 0.0 { 1.0 } else { 0.0 };
+            facing * normal.dot(half).max(0.0).powf(material.exponent) * radiance
+        };
+        let specular: Vec3 = (0..self.lamps.len()).map(highlight).sum();
+        let scattered = base * self.irradiance(position, normal);
+        let mirroring = |around: &Around| around.mirroring(scattered, normal, to_eye);
+        self.around.as_ref().map_or(scattered, mirroring) + material.specular * specular
+    }
+
+    /// Unit vector to a light, and what of it arrives at a place on a surface.
+    fn incoming(&self, light: usize, position: Vec3, normal: Vec3) -> (Vec3, Vec3) {
+        let (to_light, radiance) = self.lamps[light].incoming(position);
+        match &self.shadows {
+            Some(maps) if normal.dot(to_light) > 0.0 => {
+                (to_light, radiance * maps.unshadowed(light, position, normal, to_light))
+            }
+            _ => (to_light, radiance),
+        }
+    }
+
+    /// Light that arrives, in units of what makes a white surface white.
+    fn irradiance(&self, position: Vec3, normal: Vec3) -> Vec3 {
+        let lambert = |light: usize| {
+            let (to_light, radiance) = self.incoming(light, position, normal);
+            normal.dot(to_light).max(0.0) * radiance
+        };
+        self.ambient(normal) + (0..self.lamps.len()).map(lambert).sum::<Vec3>()
+    }
+
+    /// Diffuse light from everywhere.
+    fn ambient(&self, normal: Vec3) -> Vec3 {
+        let hemisphere = || {
+            let ambient = &self.settings.ambient;
+            let above = 0.5 + 0.5 * normal.dot(self.up);
+            ambient.intensity * ambient.ground.linear().lerp(ambient.sky.linear(), above)
+        };
+        self.around.as_ref().and_then(|around| around.ambient(normal)).unwrap_or_else(hemisphere)
+    }
+
+    /// What is seen where the ground lies at `place` over something else.
+    pub(crate) fn over_ground(&self, behind: Vec3, place: Vec3, ground: &Disc) -> Vec3 {
+        let cover = ground.cover(place);
+        let light = self.irradiance(place, ground.up);
+        if ground.show == Show::Plane {
+            return behind.lerp(ground.colour * light, cover);
+        }
+        let luma = |c: Vec3| c.dot(Vec3::new(0.2126, 0.7152, 0.0722));
+        let open = |lamp: &Lamp| {
+            let (to_light, radiance) = lamp.incoming(place);
+            ground.up.dot(to_light).max(0.0) * radiance
+        };
+        let open = self.ambient(ground.up) + self.lamps.iter().map(open).sum::<Vec3>();
+        behind * (1.0 - cover * (1.0 - luma(light) / luma(open).max(1e-6)))
+    }
+
+    /// Clay in a studio: depends on the normal as the eye sees it alone.
+    fn clay(&self, base: Vec3, normal: Vec3) -> Vec3 {
+        let n = self.view_from_world * normal;
+        let key = n.dot(Vec3::new(-0.5, 0.6, 0.62).normalize()).max(0.0);
+        let fill = n.dot(Vec3::new(0.8, 0.1, 0.6).normalize()).max(0.0);
+        let top = 0.5 + 0.5 * n.y;
+        let rim = (1.0 - n.z.clamp(0.0, 1.0)).powi(3);
+        base * (0.05 + 0.75 * key + 0.16 * fill + 0.12 * top) + 0.06 * rim
+    }
+
+    fn textured(&self, fragment: &Fragment) -> Vec3 {
+        let textures = &self.scene.textures;
+        match (textures.of_triangle(fragment.triangle as usize), fragment.uv) {
+            (Some(i), Some(uv)) => textures.all()[i as usize].at(uv, fragment.uv_steps, self.settings.sampling),
+            _ => self.settings.material.colour.linear(),
+        }
+    }
+
+    /// Where there are no texture coordinates there are no squares.
+    fn checker(&self, fragment: &Fragment) -> Vec3 {
+        let checker = &self.settings.checker;
+        let Some(uv) = fragment.uv else { return self.settings.material.colour.linear() };
+        let square = (uv * checker.squares).floor();
+        let odd = (square.x + square.y).rem_euclid(2.0) == 1.0;
+        if odd { checker.dark.linear() } else { checker.light.linear() }
+    }
+
+    /// What has no number keeps the material's colour.
+    fn heat(&self, fragment: &Fragment) -> Vec3 {
+        let number = if self.settings.shading == Shading::Height { Some(fragment.height) } else { fragment.scalar };
+        match (self.heat, number) {
+            (Some((map, Range { low, high })), Some(x)) if x.is_finite() => {
+                map.encoded((x - low) / (high - low)).map(linear_from_srgb)
+            }
+            _ => self.settings.material.colour.linear(),
+        }
+    }
+
+    /// Share of a sample that a line along the sides of one kind covers.
+    fn line_cover(&self, fragment: &Fragment) -> f32 {
+        let drawn = |side: Side| match self.settings.overlay {
+            Overlay::None => false,
+            Overlay::Wireframe => side != Side::Diagonal,
+            Overlay::Seams => side == Side::Seam,
+        };
+        // The side from corner k lies opposite the corner before it.
+        let cover = |k: usize| {
+            let width = LINE_WIDTH * self.settings.supersampling.max(1) as f32;
+            (0.5 * width + 0.5 - fragment.distances[(k + 2) % 3]).clamp(0.0, 1.0)
+        };
+        (0..3).filter(|&k| drawn(fragment.sides[k])).map(cover).fold(0.0, f32::max)
+    }
+}
+
+/// Normal under a height d over the surface: ∂p'/∂u × ∂p'/∂v with ∂p'/∂u = ∂p/∂u + ∂d/∂u n (Pharr, Jakob, Humphreys,
+/// Physically Based Rendering, 3rd edition, section 9.3; the change of n itself is left out). `lift` is d at texel 1,
+/// model units.
+fn bumped(relief: &Relief, lift: f32, uv: Vec2, [dp_du, dp_dv]: [Vec3; 2], normal: Vec3) -> Vec3 {
+    let size = relief.map.size();
+    let texel = 1.0 / Vec2::new(size.width as f32, size.height as f32);
+    let at = |uv: Vec2| relief.map.texel_at(0, Place::Uv(uv), Weights::Exact);
+    let (across, up) = (Vec2::new(texel.x, 0.0), Vec2::new(0.0, texel.y));
+    let slope = lift * 0.5 * Vec2::new(at(uv + across) - at(uv - across), at(uv + up) - at(uv - up)) / texel;
+    let det = normal.dot(dp_du.cross(dp_dv));
+    let n = det * normal + slope.x * normal.cross(dp_dv) + slope.y * dp_du.cross(normal);
+    if det == 0.0 { normal } else { n.normalize_or_zero() * det.signum() }
+}

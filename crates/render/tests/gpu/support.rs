@@ -1,0 +1,131 @@
+//! Adapters, scenes and pictures.
+
+use image::RgbaImage;
+use planish_geometry::apply::{self, ShaderVertex};
+use planish_geometry::bundle::{self, Belongings, Bundle, Names};
+use planish_geometry::displacement::Displacement;
+use planish_geometry::model::Model;
+use planish_geometry::obj::Obj;
+use planish_geometry::progress::Silent;
+use planish_geometry::weld::Welding;
+use planish_render::gpu::renderer::Renderer;
+use planish_render::gpu::{Backend, Gpu};
+use planish_render::input;
+use planish_render::scene::Scene;
+use planish_render::settings::camera::Camera;
+use planish_render::settings::{Settings, Size};
+use planish_render::texture::{Content, Texture, Textures};
+use std::path::{Path, PathBuf};
+use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
+
+/// The renderer of a backend, one at a time: a device is opened once for all tests. Who needs two takes that of Vulkan
+/// first.
+pub(crate) fn renderer(backend: Backend) -> MutexGuard<'static, Renderer> {
+    static VULKAN: LazyLock<Mutex<Renderer>> = LazyLock::new(|| Mutex::new(own_renderer(Backend::Vulkan)));
+    static GL: LazyLock<Mutex<Renderer>> = LazyLock::new(|| Mutex::new(own_renderer(Backend::Gl)));
+    let renderer = if backend == Backend::Gl { &GL } else { &VULKAN };
+    // A test that failed leaves nothing behind in it but what the driver said.
+    renderer.lock().unwrap_or_else(|poisoned| {
+        let renderer = PoisonError::into_inner(poisoned);
+        renderer.gpu().complaints();
+        renderer
+    })
+}
+
+/// A renderer on a device of its own, or a failure that says what to install.
+pub(crate) fn own_renderer(backend: Backend) -> Renderer {
+    match Gpu::open(backend) {
+        Ok(gpu) => Renderer::new(gpu),
+        Err(e) => panic!(
+            "{e}\nThese tests need a graphics adapter; on Debian: apt install mesa-vulkan-drivers libvulkan1 libegl1 libegl-mesa0 libgl1-mesa-dri libgbm1"
+        ),
+    }
+}
+
+/// Asserts that neither the driver nor its validation had anything to say.
+#[track_caller]
+pub(crate) fn no_complaints(renderer: &Renderer) {
+    assert_eq!(renderer.gpu().complaints(), Vec::<String>::new());
+}
+
+pub(crate) fn repository() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+pub(crate) fn model(path: &Path) -> Model {
+    Model::new(Obj::parse(std::fs::read(path).unwrap()).unwrap(), Welding::Exact)
+}
+
+/// A mesh with its map.
+pub(crate) struct Baked {
+    pub(crate) model: Model,
+    pub(crate) bundle: Bundle,
+    pub(crate) map: Displacement,
+}
+
+pub(crate) fn baked(path: &Path, settings: &bundle::Settings) -> Baked {
+    let model = model(path);
+    let names = Names { source: "in.obj".into(), stem: "in".into(), carrier: "in".into() };
+    let bundle = bundle::bake(&model, &names, Belongings::NONE, settings, &Silent).unwrap();
+    let entry = &bundle.manifest.displacement;
+    let map = Displacement::decode(bytes(&bundle, &entry.file), entry.map, entry.size(), entry.encoding()).unwrap();
+    Baked { model, bundle, map }
+}
+
+pub(crate) fn bytes<'a>(bundle: &'a Bundle, name: &str) -> &'a [u8] {
+    &bundle.files.iter().find(|file| file.name == name).unwrap().bytes
+}
+
+impl Baked {
+    /// The vertices of the map, one for each line.
+    pub(crate) fn lines(&self) -> Vec<ShaderVertex> {
+        let carrier = || Obj::parse(bytes(&self.bundle, &self.bundle.manifest.carrier.obj).to_vec()).ok();
+        apply::baked_vertices(self.model.obj(), &self.bundle.manifest, &carrier).unwrap()
+    }
+
+    /// The scene, with a texture, the normal map and a number for each line.
+    pub(crate) fn scene(&self) -> Scene {
+        let lines = self.lines();
+        let numbers: Vec<f32> = self.model.obj().positions().iter().map(|p| p.y as f32).collect();
+        let mut scene = input::scene(&self.model, Some(&numbers)).unwrap();
+        scene.relief = Some(input::relief(&self.model, &scene, self.map.clone(), &lines));
+        scene.textures = Textures::one(Texture::new(stripes(), Content::Colour).unwrap());
+        if let Some(entry) = &self.bundle.manifest.normal_map {
+            let image = image::load_from_memory(bytes(&self.bundle, &entry.file)).unwrap().into_rgba8();
+            scene.normal_map = Texture::new(image, Content::Data);
+        }
+        scene
+    }
+}
+
+/// The duck of `data/`, baked as quickly as it goes.
+pub(crate) fn duck() -> Scene {
+    static DUCK: LazyLock<Scene> = LazyLock::new(|| {
+        let settings = bundle::Settings { side: Some(512), ..quick() };
+        baked(&repository().join("data/duck_noisy.obj"), &settings).scene()
+    });
+    DUCK.clone()
+}
+
+/// The map does not matter here, and some methods take their time.
+pub(crate) fn quick() -> bundle::Settings {
+    use planish_geometry::denoise::{Denoiser, Laplacian};
+    bundle::Settings { goal: Denoiser::Laplacian(Laplacian::default()).into(), ..<_>::default() }
+}
+
+/// Colours that tell u from v, with fine and coarse detail.
+fn stripes() -> RgbaImage {
+    RgbaImage::from_fn(96, 80, |x, y| {
+        let fine = if (x / 2 + y / 3) % 2 == 0 { 255 } else { 150 };
+        image::Rgba([(x * 255 / 95) as u8, fine, (y * 255 / 79) as u8, 255])
+    })
+}
+
+pub(crate) fn small(size: [u32; 2]) -> Settings {
+    Settings {
+        size: Size { width: size[0], height: size[1] },
+        supersampling: 1,
+        camera: Camera { yaw: 35.0, pitch: 12.0, ..Camera::default() },
+        ..Settings::default()
+    }
+}

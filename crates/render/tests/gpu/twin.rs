@@ -1,0 +1,131 @@
+//! The GPU and the renderer on the processor draw the same pictures.
+
+use crate::golden::shadows;
+use crate::support::{duck, no_complaints, renderer, small};
+use image::RgbaImage;
+use planish_render::gpu::Backend;
+use planish_render::scene::Scene;
+use planish_render::settings::lights::{Light, LightKind};
+use planish_render::settings::{Normals, Overlay, Sampling, Settings, Shading};
+use planish_render::software;
+use planish_render::texture::{Content, Texture, Textures};
+
+/// Mean of the absolute differences, and the difference that a thousandth exceeds; bytes.
+const MEAN: f64 = 1.0;
+const RARELY: u8 = 4;
+
+/// Differences of all channels away from silhouettes: where the picture with one sample shows background or an edge of
+/// the surface within two pixels, coverage decides.
+fn differences(scene: &Scene, settings: &Settings, a: &RgbaImage, b: &RgbaImage) -> Vec<u8> {
+    let plain = Settings { shading: Shading::Normals, overlay: Overlay::None, ..settings.clone() };
+    let normals = software::render(scene, &plain);
+    let inside = |x: u32, y: u32| {
+        let here = normals.get_pixel(x, y).0;
+        let near = (x.saturating_sub(2)..=(x + 2).min(a.width() - 1))
+            .flat_map(|x| (y.saturating_sub(2)..=(y + 2).min(a.height() - 1)).map(move |y| (x, y)));
+        near.map(|(x, y)| normals.get_pixel(x, y).0).all(|n| (0..3).all(|c| n[c].abs_diff(here[c]) < 60))
+    };
+    let pixels = a.enumerate_pixels().filter(|(x, y, _)| inside(*x, *y));
+    pixels.flat_map(|(x, y, p)| (0..3).map(move |c| p.0[c].abs_diff(b.get_pixel(x, y).0[c]))).collect()
+}
+
+#[track_caller]
+fn agree(scene: &Scene, settings: &Settings, gpu: &RgbaImage, what: &str) {
+    let twin = software::render(scene, settings);
+    let mut off = differences(scene, settings, gpu, &twin);
+    assert!(off.len() > 10_000, "{what}: {} numbers are too few", off.len());
+    off.sort_unstable();
+    let mean = off.iter().map(|d| f64::from(*d)).sum::<f64>() / off.len() as f64;
+    let rarely = off[off.len() * 999 / 1000];
+    assert!(mean < MEAN && rarely < RARELY, "{what}: mean {mean:.3}, 99.9th percentile {rarely}");
+}
+
+/// Three samples along each side: the GPU then takes one sample at each place, as the twin does.
+fn settings() -> Settings {
+    Settings { supersampling: 3, ..small([160, 140]) }
+}
+
+#[test]
+fn every_way_of_shading_with_every_kind_of_normals() {
+    let renderer = renderer(Backend::Vulkan);
+    let scene = duck();
+    let uploaded = renderer.upload(&scene).unwrap();
+    for &shading in Shading::ALL {
+        for &normals in Normals::ALL {
+            let mut settings = Settings { shading, ..settings() };
+            (settings.displace.normals, settings.displace.lambda) = (normals, 0.7);
+            let picture = renderer.image_of(&uploaded, &scene, &settings);
+            agree(&scene, &settings, &picture, &format!("{shading:?} {normals:?}"));
+        }
+    }
+    no_complaints(&renderer);
+}
+
+#[test]
+fn overlays_lights_and_samplings() {
+    let renderer = renderer(Backend::Vulkan);
+    let scene = duck();
+    let uploaded = renderer.upload(&scene).unwrap();
+    let light = |kind| Light { kind, ..settings().lights[0] };
+    let lit = |kind| Settings { lights: vec![light(kind)], ..settings() };
+    let mut all = vec![
+        ("wireframe".to_owned(), Settings { overlay: Overlay::Wireframe, size: small([480, 420]).size, ..settings() }),
+        ("seams".to_owned(), Settings { overlay: Overlay::Seams, ..settings() }),
+        ("point".to_owned(), lit(LightKind::Point { distance: 1.5 })),
+        ("spot".to_owned(), lit(LightKind::Spot { distance: 2.5, angle: 30.0 })),
+    ];
+    // What anisotropic filters do is up to the driver.
+    for sampling in [Sampling::Nearest, Sampling::Bilinear, Sampling::Bicubic, Sampling::Trilinear] {
+        all.push((format!("{sampling:?}"), Settings { shading: Shading::Texture, sampling, ..settings() }));
+    }
+    for (what, settings) in all {
+        agree(&scene, &settings, &renderer.image_of(&uploaded, &scene, &settings), &what);
+    }
+    no_complaints(&renderer);
+}
+
+#[test]
+fn triangles_have_their_own_textures_or_none() {
+    let renderer = renderer(Backend::Vulkan);
+    let mut scene = duck();
+    let blue = Texture::new(RgbaImage::from_pixel(2, 2, image::Rgba([40, 60, 200, 255])), Content::Colour).unwrap();
+    let all = vec![blue, scene.textures.all()[0].clone()];
+    let bands = (0..scene.mesh().triangles.len()).map(|t| [Some(1), None, Some(0)][t / 40 % 3]).collect();
+    scene.textures = Textures::by_triangle(all, bands).unwrap();
+    let settings = Settings { shading: Shading::Texture, ..settings() };
+    let image = renderer.image(&scene, &settings).unwrap();
+    agree(&scene, &settings, &image, "bands");
+    let bluish = image.pixels().filter(|p| u16::from(p.0[2]) > 2 * u16::from(p.0[0])).count();
+    assert!(bluish > image.pixels().len() / 50, "{bluish}");
+    no_complaints(&renderer);
+}
+
+#[test]
+fn shadows_on_the_ground_and_on_the_surface() {
+    let renderer = renderer(Backend::Vulkan);
+    let scene = duck();
+    let uploaded = renderer.upload(&scene).unwrap();
+    for (what, settings) in shadows() {
+        // A map itself is for graphics adapters; acne is what rounding makes of it.
+        if settings.shadow.show_map.is_none() && settings.shadow.least_bias > 0.0 {
+            let settings = Settings { supersampling: 3, ..settings };
+            agree(&scene, &settings, &renderer.image_of(&uploaded, &scene, &settings), &what);
+        }
+    }
+    no_complaints(&renderer);
+}
+
+#[test]
+fn opengl_draws_what_vulkan_draws() {
+    let (vulkan, gl) = (renderer(Backend::Vulkan), renderer(Backend::Gl));
+    let scene = duck();
+    for &shading in Shading::ALL {
+        let settings = Settings { shading, ..settings() };
+        let [a, b] = [&vulkan, &gl].map(|renderer| renderer.image(&scene, &settings).unwrap());
+        let off = a.iter().zip(b.iter()).filter(|(a, b)| a.abs_diff(**b) > RARELY).count();
+        // Silhouettes, where the drivers' rasterisers may take different samples, are longer than a thousandth of the picture.
+        assert!(off * 500 < a.len(), "{shading:?}: {off} numbers differ");
+    }
+    no_complaints(&vulkan);
+    no_complaints(&gl);
+}
