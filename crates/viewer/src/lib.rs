@@ -28,6 +28,7 @@ pub mod errors;
 pub mod gpu;
 mod gpu_types;
 pub mod ground;
+mod image_file;
 pub mod input;
 pub mod lights;
 mod noise;
