@@ -13,6 +13,8 @@ mod properties;
 #[cfg(test)]
 mod reference;
 #[cfg(test)]
+mod same_bundle;
+#[cfg(test)]
 mod shared;
 #[cfg(test)]
 mod support;

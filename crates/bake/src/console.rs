@@ -1,48 +1,27 @@
 //! What the user sees: results on stdout, progress and complaints on stderr.
 
 use crate::args::OutputArgs;
-use crate::failure::Failure;
-use indicatif::{ProgressBar, ProgressStyle};
+use planish_files::terminal::{self, Bar, Terminal};
 use planish_geometry::progress::Progress;
 use serde::Serialize;
-use std::io::{IsTerminal as _, Write as _};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, Once};
+use std::sync::Mutex;
 use std::time::Instant;
-
-/// Set by Ctrl-C.
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 /// Prints results and shows progress.
 pub(crate) struct Console {
     json: bool,
     quiet: bool,
     verbose: bool,
-    bar: ProgressBar,
+    terminal: Terminal,
     stages: Mutex<Vec<(&'static str, Instant)>>,
     start: Instant,
 }
 
 impl Console {
     pub(crate) fn new(args: &OutputArgs) -> Self {
-        static HANDLER: Once = Once::new();
-        HANDLER.call_once(|| {
-            let interrupt = || {
-                if INTERRUPTED.swap(true, Ordering::Relaxed) {
-                    // The second time somebody means it. Nothing is half written: files appear by renaming.
-                    std::process::exit(1);
-                }
-            };
-            // Without a handler Ctrl-C ends the program at once, which is fine as well.
-            let _ = ctrlc::set_handler(interrupt);
-        });
-        let shown = !args.quiet && !args.json && std::io::stderr().is_terminal();
-        let bar = if shown { ProgressBar::new(1000) } else { ProgressBar::hidden() };
-        if let Ok(style) = ProgressStyle::with_template("{msg:16} [{bar:40}] {percent:>3} % {elapsed}") {
-            bar.set_style(style.progress_chars("=> "));
-        }
-        let start = Instant::now();
-        Self { json: args.json, quiet: args.quiet, verbose: args.verbose, bar, stages: Mutex::default(), start }
+        let bar = if args.quiet || args.json { Bar::Hidden } else { Bar::Shown };
+        let (terminal, start) = (Terminal::new(bar), Instant::now());
+        Self { json: args.json, quiet: args.quiet, verbose: args.verbose, terminal, stages: Mutex::default(), start }
     }
 
     /// Whether stdout is for one value of JSON.
@@ -52,7 +31,7 @@ impl Console {
 
     /// A result: `text` for people, or `value` as JSON.
     pub(crate) fn report<T: Serialize>(&self, value: &T, text: impl FnOnce() -> String) {
-        self.bar.finish_and_clear();
+        self.terminal.clear();
         if self.json {
             let mut value = serde_json::to_value(value).unwrap_or_default();
             if self.verbose
@@ -76,21 +55,18 @@ impl Console {
     /// Something the user should know although all went well.
     pub(crate) fn warn(&self, text: &str) {
         if !self.quiet {
-            self.bar.suspend(|| {
-                let _ = writeln!(std::io::stderr(), "warning: {text}");
-            });
+            self.terminal.warn(text);
         }
     }
 
     /// Writes to stdout. A reader that went away is not an error.
     pub(crate) fn print_bytes(&self, bytes: &[u8]) {
-        let mut out = std::io::stdout().lock();
-        let _ = out.write_all(bytes).and_then(|()| out.flush());
+        terminal::print(bytes);
     }
 
     /// Takes the progress bar away.
     pub(crate) fn finish(&self) {
-        self.bar.finish_and_clear();
+        self.terminal.clear();
     }
 
     /// Seconds of each stage so far, summed by name, in the order of first appearance; last the total.
@@ -120,18 +96,12 @@ impl Console {
 impl Progress for Console {
     fn stage(&self, name: &'static str) {
         self.stages.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push((name, Instant::now()));
-        self.bar.set_position(0);
-        self.bar.set_message(name);
+        self.terminal.stage(name);
     }
     fn done(&self, share: f64) {
-        self.bar.set_position((share * 1000.0) as u64);
+        self.terminal.done(share);
     }
     fn cancelled(&self) -> bool {
-        INTERRUPTED.load(Ordering::Relaxed)
+        self.terminal.cancelled()
     }
-}
-
-/// Tells why a command failed.
-pub(crate) fn complain(failure: &Failure) {
-    let _ = writeln!(std::io::stderr(), "error: {failure}");
 }

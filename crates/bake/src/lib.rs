@@ -9,7 +9,7 @@ use args::{Cli, Command};
 use clap::{CommandFactory as _, Parser as _};
 use console::Console;
 use planish_files::failure::Failure;
-use planish_files::{failure, input, output};
+use planish_files::{failure, input, output, terminal};
 use std::ffi::OsString;
 use std::process::ExitCode;
 
@@ -27,13 +27,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     let console = Console::new(&cli.output);
     let result = dispatch(cli.command, &console);
     console.finish();
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            console::complain(&failure);
-            failure.exit_code()
-        }
-    }
+    terminal::conclude(result)
 }
 
 fn dispatch(command: Command, console: &Console) -> Result<(), Failure> {

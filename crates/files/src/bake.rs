@@ -41,6 +41,11 @@ pub fn default_folder(input: &Path) -> Result<PathBuf, Failure> {
     Ok(PathBuf::from(format!("{}-planish", stem(input)?)))
 }
 
+/// The folder `NAME-planish` beside the mesh: where maps go that are baked without a working folder, as those of a window.
+pub fn folder_beside(input: &Path) -> Result<PathBuf, Failure> {
+    Ok(input.with_file_name(default_folder(input)?))
+}
+
 /// What the files are called after.
 fn stem(input: &Path) -> Result<String, Failure> {
     let stem = input.file_stem().map(|s| s.to_string_lossy().into_owned());

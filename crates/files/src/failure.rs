@@ -24,6 +24,10 @@ impl Failure {
     pub fn at(path: &Path, reason: impl std::fmt::Display) -> Self {
         Self::Input(format!("{}: {reason}", path.display()))
     }
+    /// A failure that is not the user's doing, in the words of the error behind it; exit code 1.
+    pub fn internal(error: impl std::fmt::Display) -> Self {
+        Self::Internal(error.to_string())
+    }
     /// Limits that a mesh cannot have, with the way out.
     pub fn limits(error: &LimitsError, mesh: &Path) -> Self {
         match error {

@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use planish_geometry::denoise::limits::Mask;
+use planish_geometry::manifest::Manifest;
 use planish_geometry::model::Model;
 use planish_geometry::obj::Obj;
 use planish_geometry::progress::Progress;
@@ -57,6 +58,18 @@ pub fn mask(path: &Path, v_lines: usize) -> Result<Mask, Failure> {
     let text = String::from_utf8(read(path)?);
     let text = text.map_err(|_| Failure::at(path, "is not a text of numbers of `v` lines"))?;
     Mask::parse(&text, v_lines).map_err(|e| Failure::at(path, e))
+}
+
+/// Reads the manifest of a displacement map.
+pub fn manifest(path: &Path) -> Result<Manifest, Failure> {
+    Manifest::from_json(&read(path)?).map_err(|e| Failure::at(path, e))
+}
+
+/// Reads the numbers of a text file, which white space separates.
+pub fn numbers(path: &Path) -> Result<Vec<f32>, Failure> {
+    let bytes = read(path)?;
+    let number = |token: &str| token.parse().map_err(|_| Failure::at(path, format!("`{token}` is not a number")));
+    String::from_utf8_lossy(&bytes).split_whitespace().map(number).collect()
 }
 
 /// The words of an operating system error without its number.

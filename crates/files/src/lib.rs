@@ -1,9 +1,12 @@
 //! What the command line and the window share about files: reading, with errors that name file and line; writing, whole
-//! or not at all; and the bake from a mesh on disk to files on disk, so that both write the same bytes.
+//! or not at all; the bake from a mesh on disk to files on disk, so that both write the same bytes; and how a program on
+//! a terminal shows progress, is interrupted and fails.
 
 pub mod bake;
 pub mod failure;
 pub mod info;
 pub mod input;
+pub mod map_files;
 pub mod output;
+pub mod terminal;
 pub mod words;

@@ -13,7 +13,7 @@ mod unwrapped;
 pub use goal::{Goal, Ways};
 pub use layout::{Fallback, LayoutChoice};
 
-use crate::apply;
+use crate::apply::{self, Directions};
 use crate::atlas::{Atlas, AtlasError};
 use crate::denoise::limits::LimitsError;
 use crate::displacement::{DecodeError, EncodeError, MapKind, TexelFormat};
@@ -156,6 +156,8 @@ pub struct Bundle {
     pub choice: Option<Choice>,
     /// Why the texture coordinates of the mesh were not used; none where they were, or were not asked for.
     pub fallback: Option<Fallback>,
+    /// Directions that the map displaces along, for [`apply::model_vertices`].
+    pub along: Directions,
 }
 
 /// Whether [`LayoutChoice::Unwrap`] is there: the feature `unwrap`.
@@ -325,7 +327,8 @@ fn bake_model(
     files.extend(manifest.carrier.glb.as_ref().zip(glb).map(|(name, bytes)| file(name, bytes)));
     files.push(file(&format!("{}.planish.json", names.stem), manifest.to_json().into_bytes()));
     let (choice, fallback) = maps.plan.into_reasons();
-    Ok(Bundle { files, manifest, choice, fallback })
+    let along = Directions { normals: ways.normals.clone(), frames: maps.frames };
+    Ok(Bundle { files, manifest, choice, fallback, along })
 }
 
 /// Measures written files once more: the report that their manifest should have.

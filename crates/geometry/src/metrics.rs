@@ -12,7 +12,7 @@ pub use heat::{Heat, colours, heat};
 pub use triangles::Triangles;
 
 use crate::ragged::Index;
-use distance::Distances;
+use distance::TriangleTree;
 use glam::DVec3;
 use serde::Serialize;
 use triangles::{Edges, Shapes};
@@ -132,8 +132,8 @@ pub fn compare(clean: &Triangles, result: &Triangles) -> Result<Comparison, Comp
     }
     let used: Vec<usize> = (0..used.len()).filter(|&v| used[v]).collect();
     let at = |mesh: &Triangles| used.iter().map(|&v| mesh.positions[v]).collect::<Vec<_>>();
-    let forth = Distances::new(&at(result), &clean.positions, faces);
-    let back = Distances::new(&at(clean), &result.positions, faces);
+    let forth = clean.distances(&at(result));
+    let back = TriangleTree::new(&result.positions, faces).distances(&at(clean));
     let (low, high) =
         clean.positions.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
     let diagonal = low.distance(high);

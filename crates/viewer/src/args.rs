@@ -1,7 +1,7 @@
 //! The command line.
 
-use crate::headless::Failure;
 use clap::{Parser, ValueEnum};
+use planish_files::failure::Failure;
 use planish_geometry::metrics::Heat;
 use planish_viewer::environment::file::{Source, parse_source};
 use planish_viewer::gpu::Backend;
@@ -147,11 +147,11 @@ impl From<ErrorKind> for Heat {
 impl Args {
     /// Which files are read.
     pub(crate) fn files(&self) -> Result<Files, Failure> {
-        let none = || Failure::Usage("--headless needs a mesh to draw".to_owned());
+        let none = || Failure::Input("--headless needs a mesh to draw".to_owned());
         let input = self.input.clone().ok_or_else(none)?;
         let is_manifest = input.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
         if is_manifest && self.map.is_some() {
-            return Err(Failure::Usage("give the map once: as the first argument or with --map".to_owned()));
+            return Err(Failure::Input("give the map once: as the first argument or with --map".to_owned()));
         }
         let (mesh, map) = if is_manifest { (None, Some(input)) } else { (Some(input), self.map.clone()) };
         Ok(Files {

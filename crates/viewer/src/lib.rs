@@ -9,5 +9,6 @@ pub use planish_render::{bounds, colour, gpu, input, mesh, relief, scene, settin
 pub mod app;
 pub mod environment;
 pub mod errors;
+mod image_file;
 pub mod open;
 pub mod window;

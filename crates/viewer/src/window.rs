@@ -14,35 +14,28 @@ pub use session::Session;
 
 use crate::app::jobs::{self, Wake};
 use crate::app::remembered::{self, Remembered};
-use crate::app::{App, MessageKind, document, pictures};
+use crate::app::{App, Gesture, MessageKind, document, pictures};
 use crate::gpu::{Backend, NoGpu};
 use crate::settings::{Settings, Shading};
+use dialog::FilePurpose;
 use log::Log;
+use planish_files::failure::Failure;
 use screen::Screen;
-use session::{Action, Wanted};
+use session::Action;
 use stage::Stage;
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use thiserror::Error;
 use winit::application::ApplicationHandler;
 use winit::dpi::LogicalSize;
 use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::window::{Window, WindowId};
 
-/// Why there is no window.
-#[derive(Debug, Error)]
-pub enum NoWindow {
-    /// No display, or none that allows windows.
-    #[error("no window can be opened: {0}; draw into a file with --headless OUT.png")]
-    Display(String),
-    /// No device.
-    #[error(transparent)]
-    Gpu(#[from] NoGpu),
-    /// The log cannot be written.
-    #[error("{0}")]
-    Log(#[from] planish_files::failure::Failure),
+/// A display that allows no window, with the way out.
+fn no_window(reason: impl Display) -> Failure {
+    Failure::Internal(format!("no window can be opened: {reason}; draw into a file with --headless OUT.png"))
 }
 
 /// What the command line says.
@@ -63,13 +56,12 @@ pub struct Options {
 struct News;
 
 /// Opens the window and runs until it is closed.
-pub fn run(options: Options) -> Result<(), NoWindow> {
-    let display = |e: &dyn ToString| NoWindow::Display(e.to_string());
+pub fn run(options: Options) -> Result<(), Failure> {
     // Work in the background shares the cores with the window, which comes first.
     let _ = rayon::ThreadPoolBuilder::new().start_handler(|_| jobs::lower_priority()).build_global();
-    let event_loop = EventLoop::<News>::with_user_event().build().map_err(|e| display(&e))?;
+    let event_loop = EventLoop::<News>::with_user_event().build().map_err(no_window)?;
     let mut shell = Shell::new(options, event_loop.create_proxy())?;
-    event_loop.run_app(&mut shell).map_err(|e| display(&e))?;
+    event_loop.run_app(&mut shell).map_err(no_window)?;
     shell.failed.map_or(Ok(()), Err)
 }
 
@@ -80,7 +72,7 @@ struct Shell {
     log: Log,
     proxy: EventLoopProxy<News>,
     open: Option<Open>,
-    failed: Option<NoWindow>,
+    failed: Option<Failure>,
 }
 
 /// What there is while there is a window.
@@ -95,7 +87,7 @@ struct Open {
 }
 
 impl Shell {
-    fn new(options: Options, proxy: EventLoopProxy<News>) -> Result<Self, NoWindow> {
+    fn new(options: Options, proxy: EventLoopProxy<News>) -> Result<Self, Failure> {
         let log = Log::open(options.log.as_deref())?;
         let remembered = remembered::place().map(|place| Remembered::load(&place)).unwrap_or_default();
         let mut app = App::new(&wake(&proxy), remembered);
@@ -104,19 +96,19 @@ impl Shell {
         Ok(Self { options, app, session, log, proxy, open: None, failed: None })
     }
 
-    fn open_window(&self, event_loop: &ActiveEventLoop) -> Result<Open, NoWindow> {
+    fn open_window(&self, event_loop: &ActiveEventLoop) -> Result<Open, Failure> {
         let [width, height] = self.app.remembered.size.unwrap_or([1280.0, 800.0]);
         let attributes = Window::default_attributes()
             .with_title("planish")
             .with_inner_size(LogicalSize::new(width, height))
             .with_min_inner_size(LogicalSize::new(480.0, 320.0))
             .with_maximized(self.app.remembered.maximised);
-        let window = event_loop.create_window(attributes).map_err(|e| NoWindow::Display(e.to_string()))?;
+        let window = event_loop.create_window(attributes).map_err(no_window)?;
         self.open_on(Arc::new(window), event_loop)
     }
 
     /// What draws in a window. Nothing of it outlives its graphics device.
-    fn open_on(&self, window: Arc<Window>, event_loop: &ActiveEventLoop) -> Result<Open, NoWindow> {
+    fn open_on(&self, window: Arc<Window>, event_loop: &ActiveEventLoop) -> Result<Open, Failure> {
         let (screen, gpu) = Screen::new(&window, event_loop, self.options.backend)?;
         let stage = Stage::new(gpu, &wake(&self.proxy));
         let context = egui::Context::default();
@@ -139,13 +131,13 @@ impl Shell {
                 self.open = Some(open);
                 window.request_redraw();
             }
-            Ok(open) => self.fail(event_loop, NoGpu::Lost { adapter: open.stage.adapter() }.into()),
+            Ok(open) => self.fail(event_loop, Failure::internal(NoGpu::Lost { adapter: open.stage.adapter() })),
             Err(e) => self.fail(event_loop, e),
         }
     }
 
-    fn fail(&mut self, event_loop: &ActiveEventLoop, why: NoWindow) {
-        self.failed = Some(why);
+    fn fail(&mut self, event_loop: &ActiveEventLoop, failure: Failure) {
+        self.failed = Some(failure);
         event_loop.exit();
     }
 
@@ -156,7 +148,8 @@ impl Shell {
         }
         let Self { app, session, log, open: Some(open), .. } = self else { return };
         let start = Instant::now();
-        open.again = app.tick(start, open.context.input(|i| i.pointer.any_down()));
+        let is_pressed = open.context.input(|i| i.pointer.any_down());
+        open.again = app.tick(start, if is_pressed { Gesture::Ongoing } else { Gesture::None });
         let input = open.input.take_egui_input(&open.window);
         open.stage.follow(app);
         session.pictures = open.stage.pictures();
@@ -234,13 +227,13 @@ fn wake(proxy: &EventLoopProxy<News>) -> Wake {
 }
 
 /// Opens whatever was dropped or chosen: what a file is decides what is done with it.
-fn take(app: &mut App, wanted: Wanted, path: &Path) {
+fn take(app: &mut App, purpose: FilePurpose, path: &Path) {
     let is_mesh = document::kind(path) == Some(document::Kind::Mesh);
-    match wanted {
-        Wanted::Clean if is_mesh => app.compare_with(path),
-        Wanted::Target if is_mesh => app.choices.recipe.target = Some(path.to_owned()),
-        Wanted::Mask if !is_mesh => app.choices.recipe.limits.mask = Some(path.to_owned()),
-        Wanted::Environment => {
+    match purpose {
+        FilePurpose::Clean if is_mesh => app.compare_with(path),
+        FilePurpose::Target if is_mesh => app.choices.recipe.target = Some(path.to_owned()),
+        FilePurpose::Mask if !is_mesh => app.choices.recipe.limits.mask = Some(path.to_owned()),
+        FilePurpose::Environment => {
             let Ok(source) = crate::environment::file::parse_source(&path.to_string_lossy());
             app.choices.view.environment.get_or_insert_default().source = source;
         }
@@ -284,7 +277,7 @@ impl ApplicationHandler<News> for Shell {
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::Resized(size) => open.screen.resize(size),
-            WindowEvent::DroppedFile(path) => take(&mut self.app, Wanted::Open, &path),
+            WindowEvent::DroppedFile(path) => take(&mut self.app, FilePurpose::Open, &path),
             _ => {}
         }
     }

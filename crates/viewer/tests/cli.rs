@@ -4,6 +4,8 @@
 
 use std::fs;
 use std::path::PathBuf;
+#[cfg(unix)]
+use std::process::Stdio;
 use std::process::{Command, Output};
 
 /// A folder with a triangle in it.
@@ -20,13 +22,18 @@ impl Folder {
         self.0.path().join(name)
     }
 
-    fn run(&self, line: &str) -> Output {
+    fn command(&self, line: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_planish-viewer"));
         // Without a desktop the graphics drivers say on standard error that this folder is not there.
         command.env("XDG_RUNTIME_DIR", std::env::temp_dir());
         // A window would wait for somebody to close it.
         command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
-        command.current_dir(&self.0).args(line.split_whitespace()).output().unwrap()
+        command.current_dir(&self.0).args(line.split_whitespace());
+        command
+    }
+
+    fn run(&self, line: &str) -> Output {
+        self.command(line).output().unwrap()
     }
 
     /// Expects this exit status and a single line on standard error that has `word` in it.
@@ -86,15 +93,61 @@ fn bad_input_and_usage_exit_with_2_and_name_the_file() {
 }
 
 #[test]
-fn what_cannot_be_done_exits_with_1() {
+fn a_window_without_a_display_exits_with_1() {
+    Folder::new().fails("in.obj", 1, "--headless");
+}
+
+#[test]
+fn what_cannot_be_written_to_is_named_and_inputs_stay() {
     let folder = Folder::new();
-    folder.fails("in.obj", 1, "--headless");
-    folder.fails("in.obj --headless none/out.png", 1, "none/out.png");
+    folder.fails("in.obj --headless in.obj/out.png", 2, "in.obj: is a file, and a folder is needed here");
+    folder.fails("in.obj --headless .", 2, ".: is a directory");
     let before = fs::read(folder.path("in.obj")).unwrap();
     folder.fails("in.obj --headless in.obj", 2, "in.obj: is an input");
     folder.fails("in.obj --headless new.png --save-settings in.obj", 2, "in.obj: is an input");
     assert_eq!(fs::read(folder.path("in.obj")).unwrap(), before);
     assert!(!folder.path("new.png").exists());
+    folder.fails("none.obj --headless new/folder/out.png", 2, "none.obj: No such file");
+    assert!(!folder.path("new").exists(), "a folder for nothing is taken away again");
+}
+
+#[test]
+fn a_folder_is_made_for_the_picture() {
+    let folder = Folder::new();
+    let output = folder.run("in.obj --headless new/out.png --size 8x8 --backend software --lambda 0");
+    assert!(output.status.success() && folder.path("new/out.png").is_file(), "{output:?}");
+}
+
+/// A sheet of n × n squares with bumps.
+#[cfg(unix)]
+fn sheet(n: usize) -> String {
+    let mut text = String::new();
+    for (x, y) in (0..=n).flat_map(|y| (0..=n).map(move |x| (x, y))) {
+        text += &format!("v {x} {y} {}\n", (7 * x + 13 * y) % 5);
+    }
+    for (x, y) in (0..n).flat_map(|y| (0..n).map(move |x| (x, y))) {
+        let a = y * (n + 1) + x + 1;
+        text += &format!("f {a} {} {} {}\n", a + 1, a + n + 2, a + n + 1);
+    }
+    text
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_stops_the_bake_and_leaves_nothing_behind() {
+    let folder = Folder::new();
+    fs::write(folder.path("large.obj"), sheet(400)).unwrap();
+    let mut command = folder.command("large.obj --headless new/out.png --backend software");
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    // The folder is made when Ctrl-C is listened to, and before the mesh is read.
+    while !folder.path("new").exists() {
+        std::thread::yield_now();
+    }
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!((output.status.code(), said.as_str()), (Some(1), "error: interrupted; nothing was written\n"));
+    assert!(!folder.path("new").exists());
 }
 
 /// A tent over a square, whose tip the default method takes down.

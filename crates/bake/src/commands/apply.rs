@@ -6,12 +6,11 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::input;
 use crate::output::Output;
-use planish_geometry::apply::{self, MeshError};
-use planish_geometry::displacement::Displacement;
-use planish_geometry::manifest::Manifest;
+use planish_files::map_files::MapFiles;
+use planish_geometry::apply;
 use planish_geometry::progress::Progress as _;
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 #[derive(Serialize)]
 struct Applied {
@@ -24,20 +23,16 @@ struct Applied {
 
 pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
     console.stage("reading");
-    let manifest = Manifest::from_json(&input::read(&args.manifest)?).map_err(|e| Failure::at(&args.manifest, e))?;
-    let beside = |name: &str| args.manifest.parent().unwrap_or(Path::new("")).join(name);
-    let mesh: PathBuf = args.mesh.clone().unwrap_or_else(|| beside(&manifest.carrier.obj));
-    let image = beside(&manifest.displacement.file);
-    let output = Output::open(&args.output, &[&args.manifest, &mesh, &image])?;
+    let files = MapFiles::read(&args.manifest)?;
+    let entry = &files.manifest.displacement;
+    let mesh: PathBuf = args.mesh.clone().unwrap_or_else(|| files.carrier());
+    let output = Output::open(&args.output, &[&args.manifest, &mesh, &files.image()])?;
 
-    let entry = &manifest.displacement;
-    let map = Displacement::decode(&input::read(&image)?, entry.map, entry.size(), entry.encoding())
-        .map_err(|e| Failure::at(&image, e))?;
+    let map = files.displacement()?;
     let obj = input::obj(&mesh)?;
     console.check()?;
     console.stage("displacing");
-    let vertices = apply::baked_vertices(&obj, &manifest, &|| input::obj(&beside(&manifest.carrier.obj)).ok())
-        .map_err(|e| explain(e, &manifest, &mesh, &args.manifest))?;
+    let vertices = files.vertices(&obj, &mesh)?;
     let lambda = args.lambda.unwrap_or(entry.lambda);
     let places = apply::displaced(&vertices, &map, lambda as f32, entry.origin);
     let moved = obj.positions().iter().zip(&places).map(|(p, q)| p.distance(*q));
@@ -61,38 +56,4 @@ pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
         )
     });
     Ok(())
-}
-
-/// What is wrong, in the words of somebody who gave the two files.
-fn explain(error: MeshError, manifest: &Manifest, mesh: &Path, named_in: &Path) -> Failure {
-    match error {
-        MeshError::Foreign => {
-            let reason = format!(
-                "is not the mesh that {} belongs to: neither {} nor its carrier {}, byte for byte",
-                named_in.display(),
-                manifest.source.file,
-                manifest.carrier.obj
-            );
-            Failure::at(mesh, reason)
-        }
-        MeshError::NeedsCarrier => {
-            let carrier = named_in.with_file_name(&manifest.carrier.obj);
-            let reason = format!(
-                "lacks the texture coordinates of the map, which the bake made; use the carrier {}",
-                carrier.display()
-            );
-            Failure::at(mesh, reason)
-        }
-        MeshError::NeedsCarrierNormals => {
-            let carrier = named_in.with_file_name(&manifest.carrier.obj);
-            let reason = format!("has the normals of the map, and is not the file that {} names", named_in.display());
-            Failure::at(&carrier, reason)
-        }
-        MeshError::NoSuchPlace { vertex, uv } => {
-            let (v, vt) = (vertex + 1, uv + 1);
-            let reason = format!("field `dominant_uv.seam_vertices`: the mesh has no vertex {v} or no `vt` {vt}");
-            Failure::at(named_in, reason)
-        }
-        e @ (MeshError::Normals(_) | MeshError::Atlas(_)) => Failure::at(mesh, e),
-    }
 }

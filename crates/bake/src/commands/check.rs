@@ -4,9 +4,10 @@ use crate::args::CheckArgs;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::input;
+use planish_files::map_files::MapFiles;
 use planish_files::words;
 use planish_geometry::bundle::{self, Goal};
-use planish_geometry::manifest::{self, Manifest, Method, Report};
+use planish_geometry::manifest::{self, Method, Report};
 use planish_geometry::model::Model;
 use planish_geometry::obj::Obj;
 use planish_geometry::progress::Progress as _;
@@ -26,21 +27,20 @@ struct Checked<'a> {
 pub(crate) fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
     console.stage("reading");
     let path = &args.manifest;
-    let manifest = Manifest::from_json(&input::read(path)?).map_err(|e| Failure::at(path, e))?;
-    let beside = |name: &str| path.parent().unwrap_or(Path::new("")).join(name);
-    let mesh: PathBuf = args.mesh.clone().unwrap_or_else(|| beside(&manifest.source.file));
+    let files = MapFiles::read(path)?;
+    let manifest = &files.manifest;
+    let mesh: PathBuf = args.mesh.clone().unwrap_or_else(|| files.source());
     if args.mesh.is_none() && !mesh.exists() {
         return Err(Failure::at(&mesh, "is not there any more; name the mesh that was baked with --mesh"));
     }
     let source = unchanged(&mesh, &manifest.source.sha256, path)?;
-    let carrier_path = beside(&manifest.carrier.obj);
-    let carrier = unchanged(&carrier_path, &manifest.carrier.sha256, path)?;
+    let carrier = unchanged(&files.carrier(), &manifest.carrier.sha256, path)?;
     let model = Model::new(source, manifest.welding);
     console.check()?;
     let goal = match &manifest.method {
         Method::Denoiser(denoising) => Goal::Denoiser(denoising.clone()),
         Method::Target(target) => {
-            let target_path = beside(&target.file);
+            let target_path = files.beside(&target.file);
             let denoised = unchanged(&target_path, &target.sha256, path)?;
             if denoised.positions().len() != model.obj().positions().len() {
                 return Err(Failure::at(&target_path, "has another number of `v` lines than the mesh"));
@@ -52,9 +52,9 @@ pub(crate) fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
             return Err(Failure::at(path, format!("field `method`: this planish does not know {name}")));
         }
     };
-    let image = beside(&manifest.displacement.file);
+    let image = files.image();
     let bytes = input::read(&image)?;
-    let report = bundle::check(&model, &manifest, &goal, &bytes, &carrier, console).map_err(|e| match e {
+    let report = bundle::check(&model, manifest, &goal, &bytes, &carrier, console).map_err(|e| match e {
         bundle::BakeError::Cancelled(_) => Failure::Interrupted,
         bundle::BakeError::Decode(e) => Failure::at(&image, e),
         e => Failure::at(&mesh, e),

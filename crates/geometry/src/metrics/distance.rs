@@ -5,18 +5,29 @@ use glam::DVec3;
 use rayon::prelude::*;
 use rstar::{AABB, PointDistance, RTree, RTreeObject};
 
-/// Distance of each point to the nearest triangle, model units.
+/// Triangles sorted by where they are, in which the nearest one to a point is quickly found.
+#[derive(Clone, Debug)]
+pub(super) struct TriangleTree(RTree<Triangle>);
+
+impl TriangleTree {
+    pub(super) fn new(positions: &[DVec3], faces: &[[Index; 3]]) -> Self {
+        let triangles = faces.iter().map(|t| Triangle(t.map(|v| positions[v as usize])));
+        // A triangle without area has no interior, and its edges are those of others.
+        Self(RTree::bulk_load(triangles.filter(Triangle::has_area).collect()))
+    }
+
+    /// Distance of each point (#P×3) to the nearest triangle. #P, model units.
+    pub(super) fn distances(&self, points: &[DVec3]) -> Distances {
+        let nearest =
+            |p: &DVec3| self.0.nearest_neighbor_with_distance_2(p.to_array()).map_or(f64::NAN, |(_, d2)| d2.sqrt());
+        Distances(points.par_iter().map(nearest).collect())
+    }
+}
+
+/// Distances of points to a surface, model units.
 pub(super) struct Distances(pub(super) Vec<f64>);
 
 impl Distances {
-    pub(super) fn new(points: &[DVec3], positions: &[DVec3], faces: &[[Index; 3]]) -> Self {
-        let triangles = faces.iter().map(|t| Triangle(t.map(|v| positions[v as usize])));
-        // A triangle without area has no interior, and its edges are those of others.
-        let tree = RTree::bulk_load(triangles.filter(Triangle::has_area).collect());
-        let nearest =
-            |p: &DVec3| tree.nearest_neighbor_with_distance_2(p.to_array()).map_or(f64::NAN, |(_, d2)| d2.sqrt());
-        Self(points.par_iter().map(nearest).collect())
-    }
     pub(super) fn mean(&self) -> f64 {
         self.0.iter().sum::<f64>() / self.0.len() as f64
     }
@@ -28,6 +39,7 @@ impl Distances {
     }
 }
 
+#[derive(Clone, Debug)]
 struct Triangle([DVec3; 3]);
 
 impl Triangle {

@@ -1,6 +1,5 @@
 //! Where on a mesh the error is.
 
-use super::distance::Distances;
 use super::triangles::{Edges, Shapes};
 use super::{CompareError, Triangles};
 use crate::colormap::Colormap;
@@ -35,7 +34,7 @@ pub fn heat(clean: &Triangles, result: &Triangles, what: Heat) -> Result<Vec<f64
     }
     if what == Heat::Distance {
         let mean_edge = Edges::of(faces).mean(positions);
-        let distances = Distances::new(&result.positions, positions, faces).0;
+        let distances = clean.distances(&result.positions).0;
         sums = distances.iter().zip(&weights).map(|(d, w)| w * d / mean_edge).collect();
     }
     // 0/0 is the NaN that is promised.

@@ -1,10 +1,12 @@
 //! Meshes as they are compared: triangles, what is needed of each, and their edges.
 
 use super::CompareError;
+use super::distance::{Distances, TriangleTree};
 use crate::obj::Obj;
 use crate::polygon;
 use crate::ragged::{Index, Ragged};
 use glam::DVec3;
+use std::sync::OnceLock;
 
 /// Triangles in space, exactly as a file has them: nothing is welded or left out.
 #[derive(Clone, Debug)]
@@ -13,6 +15,8 @@ pub struct Triangles {
     pub(super) triangles: Vec<[Index; 3]>,
     /// The faces of the file where not all are triangles: noise may make a polygon fall into other triangles.
     polygons: Option<Ragged<Index>>,
+    /// Made when distances to this mesh are first asked for: whoever compares many meshes with it pays once.
+    tree: OnceLock<TriangleTree>,
 }
 
 impl From<&Obj> for Triangles {
@@ -29,14 +33,15 @@ impl From<&Obj> for Triangles {
             obj.faces().iter().for_each(|face| polygons.push(face.iter().map(|corner| corner.position)));
             polygons
         });
-        Self { positions: obj.positions().to_vec(), triangles, polygons }
+        Self { positions: obj.positions().to_vec(), triangles, polygons, tree: OnceLock::new() }
     }
 }
 
 impl Triangles {
     #[cfg(test)]
     pub(super) fn of(surface: &crate::surface::Surface) -> Self {
-        Self { positions: surface.positions().to_vec(), triangles: surface.triangles().collect(), polygons: None }
+        let (positions, triangles) = (surface.positions().to_vec(), surface.triangles().collect());
+        Self { positions, triangles, polygons: None, tree: OnceLock::new() }
     }
     /// #V×3, model units.
     pub fn positions(&self) -> &[DVec3] {
@@ -52,7 +57,13 @@ impl Triangles {
     /// If there are more or fewer positions than vertices.
     pub fn at(&self, positions: Vec<DVec3>) -> Self {
         assert_eq!(positions.len(), self.positions.len(), "one position for each vertex");
-        Self { positions, ..self.clone() }
+        let (triangles, polygons) = (self.triangles.clone(), self.polygons.clone());
+        Self { positions, triangles, polygons, tree: OnceLock::new() }
+    }
+
+    /// Distance of each point (#P×3) to this mesh. #P, model units.
+    pub(super) fn distances(&self, points: &[DVec3]) -> Distances {
+        self.tree.get_or_init(|| TriangleTree::new(&self.positions, &self.triangles)).distances(points)
     }
 
     /// Whether another mesh joins the same vertices, in any order and from any first corner.

@@ -2,29 +2,22 @@
 //! the window draws one while the next is made.
 
 use super::recipe::Recipe;
-use crate::open::{self, BadFile, Files, Opened};
+use crate::open::{self, Files, Opened, OpenedMap};
 use crate::scene::Scene;
 use crate::settings::{Displace, Settings, Shading};
-use egui::{Color32, ColorImage};
+use image::{Rgba, RgbaImage};
 use planish_files::bake::{Baked, Job};
 use planish_files::failure::Failure;
 use planish_files::info::{self, Info};
+use planish_files::map_files::MapFiles;
 use planish_files::{input, words};
-use planish_geometry::apply;
+use planish_geometry::apply::ShaderVertex;
 use planish_geometry::displacement::Displacement;
 use planish_geometry::manifest::{self, Manifest};
-use planish_geometry::metrics::{self, Comparison, Triangles};
 use planish_geometry::model::Model;
-use planish_geometry::obj::Obj;
 use planish_geometry::progress::Progress;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-impl From<BadFile> for Failure {
-    fn from(bad: BadFile) -> Self {
-        Self::at(&bad.path, bad.reason)
-    }
-}
 
 /// A mesh that was read.
 #[derive(Debug)]
@@ -46,8 +39,10 @@ pub struct Map {
     pub scene: Arc<Scene>,
     /// What is known of the map.
     pub manifest: Manifest,
+    /// Vertices of the mesh as the map displaces them, one for each `v` line. #v
+    pub vertices: Vec<ShaderVertex>,
     /// Its heights as greys, or its vectors as colours.
-    pub picture: Arc<ColorImage>,
+    pub picture: RgbaImage,
     /// Why its layout and size are what they are, in words.
     pub reasons: Vec<String>,
     /// What the user should know.
@@ -76,16 +71,6 @@ impl Map {
     /// The decoded map.
     pub fn displacement(&self) -> Option<&Displacement> {
         self.scene.relief.as_ref().map(|relief| &relief.map)
-    }
-
-    /// The mesh that carries it, as it is or would be written.
-    fn carrier(&self) -> Option<Obj> {
-        let name = &self.manifest.carrier.obj;
-        let bytes = match &self.origin {
-            Origin::File(manifest) => input::read(&manifest.with_file_name(name)).ok()?,
-            Origin::Baked { baked, .. } => baked.bundle.files.iter().find(|f| f.name == *name)?.bytes.clone(),
-        };
-        Obj::parse(bytes).ok()
     }
 }
 
@@ -122,30 +107,24 @@ fn without_map() -> Settings {
 
 /// Reads a mesh, or a manifest with its mesh and map.
 pub fn load(path: &Path, progress: &dyn Progress) -> Result<(Document, Option<Map>), Failure> {
-    progress.stage("reading");
-    if path.is_dir() {
-        return Err(Failure::at(path, "is a directory, not a file"));
-    }
     match kind(path) {
         Some(Kind::Mesh) => {
             Ok((document(&Files { mesh: Some(path.to_owned()), ..Files::default() }, progress)?.0, None))
         }
         Some(Kind::Manifest) => with_map(path, progress),
         Some(Kind::Picture) => with_map(&manifest_of(path)?, progress),
+        None if path.is_dir() => Err(Failure::at(path, "is a directory, not a file")),
         None => Err(Failure::at(path, "is neither a mesh (.obj) nor the manifest of a map (.planish.json)")),
     }
 }
 
-fn document(files: &Files, progress: &dyn Progress) -> Result<(Document, Option<Manifest>), Failure> {
-    let Opened { mesh, model, scene, manifest, warnings } = open::open(files, &without_map(), progress)?;
+fn document(files: &Files, progress: &dyn Progress) -> Result<(Document, Option<OpenedMap>), Failure> {
+    let Opened { mesh, model, scene, map, warnings, .. } = open::open(files, &without_map(), progress)?;
     progress.check()?;
-    if model.surface().topology().faces().is_empty() {
-        return Err(Failure::at(&mesh, "no face has three different vertices"));
-    }
     progress.stage("looking");
     let mut info = info::look(&mesh, &model, progress)?;
     info.notes.extend(warnings);
-    Ok((Document { mesh, model, info, scene: Arc::new(scene) }, manifest))
+    Ok((Document { mesh, model, info, scene: Arc::new(scene) }, map))
 }
 
 /// The manifest beside a map that names it.
@@ -161,115 +140,58 @@ fn manifest_of(map: &Path) -> Result<PathBuf, Failure> {
 }
 
 fn with_map(path: &Path, progress: &dyn Progress) -> Result<(Document, Option<Map>), Failure> {
-    let manifest = Manifest::from_json(&input::read(path)?).map_err(|e| Failure::at(path, e))?;
+    progress.stage("reading");
+    let map_files = MapFiles::read(path)?;
+    let manifest = &map_files.manifest;
     // The source can be baked again; where it is gone or has changed, its carrier can be shown.
-    let source = path.with_file_name(&manifest.source.file);
+    let source = map_files.source();
     let unchanged = input::read(&source).is_ok_and(|bytes| manifest::sha256(&bytes) == manifest.source.sha256);
     let carries_uvs = manifest.displacement.uvs != manifest::UvSource::Mesh;
-    let mesh = if unchanged && !carries_uvs { source } else { path.with_file_name(&manifest.carrier.obj) };
+    let mesh = if unchanged && !carries_uvs { source } else { map_files.carrier() };
     let files = Files { mesh: Some(mesh), map: Some(path.to_owned()), ..Files::default() };
-    let (document, manifest) = document(&files, progress)?;
-    let manifest = manifest.ok_or_else(|| Failure::at(path, "has no map"))?;
-    let dressed = Arc::clone(&document.scene);
-    let map = map(dressed, manifest, Origin::File(path.to_owned()), Vec::new(), Vec::new());
+    let (document, map) = document(&files, progress)?;
+    let OpenedMap { manifest, vertices } = map.ok_or_else(|| Failure::at(path, "has no map"))?;
+    let scene = Arc::clone(&document.scene);
+    let picture = picture(&scene);
+    let origin = Origin::File(path.to_owned());
+    let map = Map { scene, manifest, vertices, picture, reasons: Vec::new(), warnings: Vec::new(), origin };
     Ok((document, Some(map)))
-}
-
-fn map(scene: Arc<Scene>, manifest: Manifest, origin: Origin, reasons: Vec<String>, warnings: Vec<String>) -> Map {
-    let nothing = || ColorImage::filled([1, 1], Color32::GRAY);
-    let picture = scene.relief.as_ref().map_or_else(nothing, |relief| picture(&relief.map));
-    Map { scene, manifest, picture: Arc::new(picture), reasons, warnings, origin }
 }
 
 /// Longest side of the picture of a map in the panel, pixels: what is copied to the device within a frame.
 const LARGEST_PICTURE: u32 = 1024;
 
-/// Texels as greys, or as colours, every n-th where there are more than can be shown.
-fn picture(map: &Displacement) -> ColorImage {
+/// The map of a scene with its texels as greys, or as colours; every n-th texel where there are more than can be shown.
+fn picture(scene: &Scene) -> RgbaImage {
+    let Some(map) = scene.relief.as_ref().map(|relief| &relief.map) else {
+        return RgbaImage::from_pixel(1, 1, Rgba([128, 128, 128, u8::MAX]));
+    };
     let size = map.size();
     let every = size.width.max(size.height).div_ceil(LARGEST_PICTURE).max(1);
     let [width, height] = [size.width, size.height].map(|side| side.div_ceil(every));
     let byte = |plane: &[f32], i: usize| (255.0 * plane[i]).round() as u8;
-    let pixel = |(x, y): (u32, u32)| {
+    RgbaImage::from_fn(width, height, |x, y| {
         let i = (y * every) as usize * size.width as usize + (x * every) as usize;
-        match map.planes() {
-            [heights] => Color32::from_gray(byte(heights, i)),
-            planes => {
-                let [r, g, b] = [0, 1, 2].map(|k| byte(&planes[k], i));
-                Color32::from_rgb(r, g, b)
-            }
-        }
-    };
-    let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(pixel).collect();
-    ColorImage::new([width as usize, height as usize], pixels)
+        let [r, g, b] = match map.planes() {
+            [heights] => [byte(heights, i); 3],
+            planes => [0, 1, 2].map(|k| byte(&planes[k], i)),
+        };
+        Rgba([r, g, b, u8::MAX])
+    })
 }
 
 /// Bakes a map for a folder, without writing it.
 pub fn bake(document: &Document, recipe: &Recipe, folder: &Path, progress: &dyn Progress) -> Result<Map, Failure> {
     let read: Vec<PathBuf> = recipe.limits.mask.iter().cloned().collect();
     let job = Job { input: &document.mesh, model: &document.model, folder, spared: &read };
-    let baked = job.run(&recipe.settings(&job)?, progress)?;
-    progress.stage("showing");
     let mut scene = (*document.scene).clone();
-    open::dress(&mut scene, &document.model, &document.mesh, &baked.bundle)?;
-    let bundle = &baked.bundle;
-    let reasons = bundle.choice.iter().map(ToString::to_string).collect();
-    let (manifest, warnings) = (bundle.manifest.clone(), baked.warnings.clone());
+    let settings = recipe.settings(&job)?;
+    let (map, baked) = open::bake_map(&mut scene, &job, &settings, progress)?;
+    let OpenedMap { manifest, vertices } = map;
+    let reasons = baked.bundle.choice.iter().map(ToString::to_string).collect();
+    let (warnings, picture) = (baked.warnings.clone(), picture(&scene));
     let origin = Origin::Baked { recipe: Box::new(recipe.clone()), folder: folder.to_owned(), baked: Box::new(baked) };
-    Ok(map(Arc::new(scene), manifest, origin, reasons, warnings))
-}
-
-/// A clean mesh to compare with.
-#[derive(Debug)]
-pub struct Clean {
-    /// Where it lies.
-    pub path: PathBuf,
-    triangles: Triangles,
-}
-
-impl Clean {
-    /// Reads it.
-    pub fn read(path: &Path, progress: &dyn Progress) -> Result<Self, Failure> {
-        progress.stage("reading");
-        Ok(Self { path: path.to_owned(), triangles: Triangles::from(&input::obj(path)?) })
-    }
-}
-
-/// What a mesh and its displaced form measure against the clean mesh.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Measured {
-    /// The mesh as it is.
-    pub noisy: Comparison,
-    /// With the map at some λ; none without a map.
-    pub displaced: Option<(f32, Comparison)>,
-}
-
-/// Measures what `planish compare` would measure of the mesh, and of what `planish apply` would write.
-pub fn measure(
-    clean: &Clean,
-    document: &Document,
-    map: Option<&Map>,
-    lambda: f32,
-    progress: &dyn Progress,
-) -> Result<Measured, Failure> {
-    progress.stage("comparing");
-    let compare =
-        |obj: &Obj| metrics::compare(&clean.triangles, &Triangles::from(obj)).map_err(|e| Failure::at(&clean.path, e));
-    let obj = document.model.obj();
-    let noisy = compare(obj)?;
-    progress.check()?;
-    let displaced = match map.and_then(|map| Some((map, map.displacement()?))) {
-        Some((map, displacement)) => {
-            let vertices = apply::baked_vertices(obj, &map.manifest, &|| map.carrier())
-                .map_err(|e| Failure::at(&document.mesh, e))?;
-            let places = apply::displaced(&vertices, displacement, lambda, map.manifest.displacement.origin);
-            progress.check()?;
-            let moved = Obj::parse(obj.with_positions(&places, None)).map_err(|e| Failure::at(&document.mesh, e))?;
-            Some((lambda, compare(&moved)?))
-        }
-        None => None,
-    };
-    Ok(Measured { noisy, displaced })
+    Ok(Map { scene: Arc::new(scene), manifest, vertices, picture, reasons, warnings, origin })
 }
 
 /// A line about the map: size, bits, formula.

@@ -1,5 +1,14 @@
 //! Undo and redo.
 
+/// Whether the user is in the middle of a gesture, such as the drag of a slider.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Gesture {
+    /// No gesture goes on: the values are what the user wants.
+    None,
+    /// A gesture goes on: the values will change until it ends.
+    Ongoing,
+}
+
 /// Values of the past and of the future of one that changes. What happens between pressing and releasing the mouse is one
 /// step.
 #[derive(Clone, Debug)]
@@ -18,9 +27,9 @@ impl<T: Clone + PartialEq> History<T> {
         Self { past: Vec::new(), present, future: Vec::new() }
     }
 
-    /// Takes note of the value as it is now; `held` while a gesture goes on, whose steps do not count.
-    pub fn note(&mut self, now: &T, held: bool) {
-        if held || *now == self.present {
+    /// Takes note of the value as it is now. What happens during a gesture becomes one step when the gesture has ended.
+    pub fn note(&mut self, now: &T, gesture: Gesture) {
+        if gesture == Gesture::Ongoing || *now == self.present {
             return;
         }
         self.past.push(std::mem::replace(&mut self.present, now.clone()));
@@ -57,12 +66,12 @@ mod tests {
     #[test]
     fn there_and_back_again() {
         let mut history = History::new(0);
-        history.note(&1, false);
-        history.note(&1, false);
-        history.note(&2, false);
+        history.note(&1, Gesture::None);
+        history.note(&1, Gesture::None);
+        history.note(&2, Gesture::None);
         assert_eq!((history.undo(), history.undo(), history.undo()), (Some(1), Some(0), None));
         assert_eq!((history.redo(), history.can()), (Some(1), [true, true]));
-        history.note(&5, false);
+        history.note(&5, Gesture::None);
         assert_eq!((history.redo(), history.undo()), (None, Some(1)), "a new step ends the future");
     }
 
@@ -70,9 +79,9 @@ mod tests {
     fn a_drag_is_one_step() {
         let mut history = History::new(0);
         for x in 1..9 {
-            history.note(&x, true);
+            history.note(&x, Gesture::Ongoing);
         }
-        history.note(&8, false);
+        history.note(&8, Gesture::None);
         assert_eq!((history.undo(), history.can()), (Some(0), [false, true]));
     }
 }

@@ -214,8 +214,10 @@ mod tests {
     use super::*;
     use std::sync::mpsc;
 
-    fn silent() -> Wake {
-        Arc::new(|| ())
+    /// Wakes the thread of the test.
+    fn waking() -> Wake {
+        let test = std::thread::current();
+        Arc::new(move || test.unpark())
     }
 
     fn wait<T: Send + 'static>(slot: &mut Slot<T>) -> Result<T, Failure> {
@@ -223,13 +225,13 @@ mod tests {
             if let Some(outcome) = slot.poll() {
                 return outcome;
             }
-            std::thread::sleep(Duration::from_millis(1));
+            std::thread::park();
         }
     }
 
     #[test]
     fn a_late_result_never_replaces_a_newer_one() {
-        let mut slot = Slot::new(silent());
+        let mut slot = Slot::new(waking());
         let (open, gate) = mpsc::channel::<()>();
         let (told, heard) = mpsc::channel();
         // The first job does not look at its ticket and ends with a result, but late.
@@ -250,16 +252,16 @@ mod tests {
 
     #[test]
     fn a_cancelled_job_stops_and_says_so() {
-        let mut slot: Slot<()> = Slot::new(silent());
+        let mut slot: Slot<()> = Slot::new(waking());
         slot.start(|ticket| {
             ticket.stage("waiting");
             loop {
                 ticket.check()?;
-                std::thread::sleep(Duration::from_millis(1));
+                std::thread::yield_now();
             }
         });
         while slot.status().is_some_and(|s| s.stage.is_empty()) {
-            std::thread::sleep(Duration::from_millis(1));
+            std::thread::park();
         }
         assert_eq!(slot.status().map(|s| (s.stage, s.stopping)), Some(("waiting", false)));
         slot.cancel();
@@ -269,7 +271,7 @@ mod tests {
 
     #[test]
     fn a_job_that_panics_is_an_error_like_any_other() {
-        let mut slot: Slot<()> = Slot::new(silent());
+        let mut slot: Slot<()> = Slot::new(waking());
         slot.start(|_| std::panic::resume_unwind(Box::new("on purpose")));
         assert!(matches!(wait(&mut slot), Err(Failure::Internal(_))));
         slot.start(|_| Ok(()));
@@ -279,12 +281,12 @@ mod tests {
     #[test]
     fn leaving_stops_the_work() {
         let (told, heard) = mpsc::channel();
-        let mut slot: Slot<()> = Slot::new(silent());
+        let mut slot: Slot<()> = Slot::new(waking());
         let (begun, begins) = mpsc::channel();
         slot.start(move |ticket| {
             begun.send(()).unwrap();
             while !ticket.cancelled() {
-                std::thread::sleep(Duration::from_millis(1));
+                std::thread::yield_now();
             }
             told.send(()).unwrap();
             Err(Failure::Interrupted)

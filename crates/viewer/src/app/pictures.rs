@@ -25,9 +25,10 @@ pub fn save(picture: &RgbaImage, path: &Path) -> Result<PathBuf, Failure> {
     Output::open(path, &[])?.write(&png(picture)?)
 }
 
-fn png(picture: &RgbaImage) -> Result<Vec<u8>, Failure> {
+/// A picture as the bytes of a PNG file.
+pub fn png(picture: &RgbaImage) -> Result<Vec<u8>, Failure> {
     let mut bytes = Cursor::new(Vec::new());
-    picture.write_to(&mut bytes, ImageFormat::Png).map_err(|e| Failure::Internal(e.to_string()))?;
+    picture.write_to(&mut bytes, ImageFormat::Png).map_err(Failure::internal)?;
     Ok(bytes.into_inner())
 }
 

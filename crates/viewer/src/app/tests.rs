@@ -4,17 +4,27 @@ use super::document::Kind;
 use super::*;
 use planish_geometry::shapes;
 use std::fs;
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
 
 struct Bench {
     app: App,
     folder: tempfile::TempDir,
+    /// Says that the app has something to do.
+    woken: Receiver<()>,
+    /// The time that the app is told.
+    now: Instant,
 }
 
 impl Bench {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let wake: Wake = Arc::new(|| ());
-        let bench = Self { app: App::new(&wake, Remembered::default()), folder };
+        let (wake, woken) = channel();
+        let wake: Wake = Arc::new(move || {
+            // At the end of a test nobody listens any more.
+            let _ = wake.send(());
+        });
+        let bench = Self { app: App::new(&wake, Remembered::default()), folder, woken, now: Instant::now() };
         fs::write(bench.path("in.obj"), sphere()).unwrap();
         bench
     }
@@ -23,18 +33,33 @@ impl Bench {
         self.folder.path().join(name)
     }
 
-    /// Looks again and again until the state is as expected.
+    /// Lets a frame of the window pass after some time.
+    fn tick_after(&mut self, time: Duration, gesture: Gesture) -> Option<Instant> {
+        self.now += time;
+        self.app.tick(self.now, gesture)
+    }
+
+    fn tick(&mut self) {
+        self.tick_after(Duration::ZERO, Gesture::None);
+    }
+
+    /// Lets frames pass as the window does, whenever there is something to do, until the state is as expected. Where nothing
+    /// goes on in the background it is at once as late as the app wants to be looked at again.
     #[track_caller]
     fn until(&mut self, what: &str, holds: impl Fn(&App) -> bool) {
-        let start = Instant::now();
         loop {
-            self.app.tick(Instant::now(), false);
+            let again = self.tick_after(Duration::ZERO, Gesture::None);
             if holds(&self.app) {
                 return;
             }
-            let messages = self.app.messages();
-            assert!(start.elapsed() < Duration::from_secs(120), "never {what}: {messages:?}");
-            std::thread::sleep(Duration::from_millis(2));
+            let is_busy = Work::ALL.iter().any(|&work| self.app.status(work).is_some());
+            match again.filter(|_| !is_busy) {
+                Some(later) => self.now = later,
+                None => {
+                    let woken = self.woken.recv_timeout(Duration::from_secs(120));
+                    assert!(woken.is_ok(), "never {what}: {:?}", self.app.messages());
+                }
+            }
         }
     }
 
@@ -115,14 +140,13 @@ fn a_mesh_is_baked_saved_and_opened_again() {
 fn a_change_is_baked_when_it_has_settled_and_the_last_result_stays_until_then() {
     let mut bench = Bench::baked();
     let first = Arc::clone(bench.app.map().unwrap());
-    let now = Instant::now();
     for i in 0..5 {
         bench.app.choices.recipe.settings.lambda.0 = 0.1 * f64::from(i);
-        bench.app.tick(now + i * DEBOUNCE / 2, true);
+        bench.tick_after(DEBOUNCE / 2, Gesture::Ongoing);
         assert!(bench.app.status(Work::Bake).is_none(), "still moving");
     }
     assert!(Arc::ptr_eq(bench.app.map().unwrap(), &first) && !bench.app.is_baked());
-    bench.app.tick(now + 4 * DEBOUNCE, true);
+    bench.tick_after(DEBOUNCE, Gesture::Ongoing);
     assert!(bench.app.status(Work::Bake).is_some(), "it rests, although the mouse is down");
     bench.until("baked", App::is_baked);
     assert_eq!(bench.app.map().unwrap().manifest.displacement.lambda, 0.4);
@@ -139,8 +163,7 @@ fn a_stopped_bake_leaves_the_last_result_and_can_be_asked_for_again() {
     bench.until("stopped", |app| app.status(Work::Bake).is_none());
     assert!(Arc::ptr_eq(bench.app.map().unwrap(), &first) && !bench.app.is_baked());
     assert_eq!(bench.app.messages()[0].text, "stopped; the last result stays");
-    std::thread::sleep(2 * DEBOUNCE);
-    bench.app.tick(Instant::now(), false);
+    bench.tick_after(2 * DEBOUNCE, Gesture::None);
     assert!(bench.app.status(Work::Bake).is_none(), "stopped is stopped");
     bench.app.choices.recipe.denoiser = <_>::default();
     bench.until("as before", App::is_baked);
@@ -205,11 +228,13 @@ fn a_changed_file_is_read_again() {
     let mut bench = Bench::baked();
     let before = bench.app.document().unwrap().info.vertex_lines;
     fs::write(bench.path("in.obj"), sphere() + "v 0 0 9\n").unwrap();
+    bench.app.watch.look_now();
     bench.until("read again", |app| app.document().unwrap().info.vertex_lines == before + 1);
     bench.until("baked again", App::is_baked);
     fs::remove_file(bench.path("in.obj")).unwrap();
-    std::thread::sleep(Duration::from_millis(1200));
-    bench.app.tick(Instant::now(), false);
+    bench.app.watch.look_now();
+    bench.tick();
+    assert!(bench.app.status(Work::Load).is_none(), "what is gone is not read");
     assert!(bench.app.is_baked() && bench.app.messages().iter().all(|m| m.kind != MessageKind::Error));
 }
 
@@ -217,10 +242,10 @@ fn a_changed_file_is_read_again() {
 fn undo_goes_back_over_choices_and_not_over_the_camera() {
     let mut bench = Bench::baked();
     bench.app.choices.view.displace.lambda = 0.25;
-    bench.app.tick(Instant::now(), false);
+    bench.tick();
     bench.app.choices.view.camera.yaw = 99.0;
     bench.app.choices.recipe.settings.lambda.0 = 0.5;
-    bench.app.tick(Instant::now(), false);
+    bench.tick();
     bench.app.undo();
     assert_eq!(bench.app.choices.recipe.settings.lambda.0, 1.0);
     bench.app.undo();
@@ -237,10 +262,13 @@ fn a_clean_mesh_is_measured_against_while_lambda_moves() {
     bench.app.compare_with(&clean);
     let displaced = |app: &App| app.measured().and_then(|m| m.displaced.clone());
     bench.until("measured", |app| displaced(app).is_some_and(|(lambda, _)| lambda == 1.0));
-    let measured = bench.app.measured().unwrap();
-    assert!(measured.noisy.ea < 1e-9 && measured.displaced.as_ref().unwrap().1.ea > 0.1, "{measured:?}");
+    let measured = bench.app.measured().cloned().unwrap();
+    assert!(measured.noisy().ea < 1e-9 && measured.displaced.as_ref().unwrap().1.ea > 0.1, "{measured:?}");
     bench.app.choices.view.displace.lambda = 0.0;
+    let known = measured.known();
     bench.until("measured again", |app| displaced(app).is_some_and(|(lambda, c)| lambda == 0.0 && c.ea < 1e-3));
+    let again = bench.app.measured().unwrap().known();
+    assert!(Arc::ptr_eq(&known, &again), "the mesh without its map is measured once");
     fs::write(bench.path("other.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     let other = bench.path("other.obj");
     bench.app.compare_with(&other);

@@ -5,9 +5,11 @@ use super::equirect::Equirect;
 use super::scenes::Scene;
 use super::{Environment, MAX_RADIANCE};
 use crate::colour::linear_from_srgb;
-use crate::open::BadFile;
+use crate::image_file;
 use glam::Vec3;
-use image::{DynamicImage, ImageReader};
+use image::DynamicImage;
+use planish_files::failure::Failure;
+use planish_files::input;
 use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 
@@ -31,33 +33,34 @@ pub const NAMES: [[&str; 6]; 3] = [
 ];
 
 /// Reads or draws an environment, with at most size² texels a face where the source has more.
-pub fn load(source: &Source, size: usize) -> Result<Environment, BadFile> {
+pub fn load(source: &Source, size: usize) -> Result<Environment, Failure> {
     match source {
         Source::Scene(scene) => Ok(Environment::generated(*scene, size)),
         Source::Equirect(path) => {
-            let (width, height, texels) = read(path)?;
+            let (width, height, texels) = read_linear(path)?;
             if width != 2 * height {
                 let reason = format!("{width}×{height} pixels: an equirectangular map is twice as wide as high");
-                return Err(BadFile::at(path)(reason));
+                return Err(Failure::at(path, reason));
             }
-            let map = Equirect::new(width, texels).ok_or_else(|| BadFile::at(path)("the image is empty"))?;
+            let map = Equirect::new(width, texels).ok_or_else(|| Failure::at(path, "the image is empty"))?;
             Ok(Environment::new(CubeMap::from_equirect(&map, size)))
         }
         Source::Cube(folder) => Ok(Environment::new(cube(folder, size)?)),
     }
 }
 
-fn cube(folder: &Path, size: usize) -> Result<CubeMap, BadFile> {
+fn cube(folder: &Path, size: usize) -> Result<CubeMap, Failure> {
+    let unreadable = |e: std::io::Error| Failure::at(folder, input::plain(&e));
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
-        .map_err(BadFile::at(folder))?
-        .map(|entry| entry.map(|e| e.path()).map_err(BadFile::at(folder)))
+        .map_err(unreadable)?
+        .map(|entry| entry.map(|e| e.path()).map_err(unreadable))
         .collect::<Result<_, _>>()?;
     // The order of a folder is anybody's guess.
     files.sort();
     let named = |name: &str| {
         let mut found = files.iter().filter(|f| f.file_stem().is_some_and(|stem| stem.eq_ignore_ascii_case(name)));
         match (found.next(), found.next()) {
-            (Some(_), Some(second)) => Err(BadFile::at(second)(format!("a second picture called {name}"))),
+            (Some(_), Some(second)) => Err(Failure::at(second, format!("a second picture called {name}"))),
             (first, _) => Ok(first),
         }
     };
@@ -68,28 +71,27 @@ fn cube(folder: &Path, size: usize) -> Result<CubeMap, BadFile> {
         }
         let mut faces = Vec::new();
         for (file, name) in found.into_iter().zip(names) {
-            faces.push(file.ok_or_else(|| BadFile::at(folder)(format!("no picture is called {name}")))?);
+            faces.push(file.ok_or_else(|| Failure::at(folder, format!("no picture is called {name}")))?);
         }
         let mut side = None;
         let mut texels: [Vec<Vec3>; 6] = Default::default();
         for (face, into) in faces.into_iter().zip(&mut texels) {
-            let (width, height, read) = read(face)?;
+            let (width, height, read) = read_linear(face)?;
             let expected = *side.get_or_insert(width);
             if width != height || width != expected {
-                return Err(BadFile::at(face)(format!("{width}×{height} pixels: faces must be squares of one size")));
+                return Err(Failure::at(face, format!("{width}×{height} pixels: faces must be squares of one size")));
             }
             *into = read;
         }
-        let cube = CubeMap::from_faces(side.unwrap_or(0), &texels).map_err(BadFile::at(folder))?;
+        let cube = CubeMap::from_faces(side.unwrap_or(0), &texels).map_err(|e| Failure::at(folder, e))?;
         return Ok(if cube.size() > size { cube.resized(size) } else { cube });
     }
-    Err(BadFile::at(folder)(format!("no six pictures called {}, or …", NAMES[0].join(", "))))
+    Err(Failure::at(folder, format!("no six pictures called {}, or …", NAMES[0].join(", "))))
 }
 
 /// Width, height and linear RGB of a picture. What is not a number becomes black, what is too bright the brightest.
-fn read(path: &Path) -> Result<(usize, usize, Vec<Vec3>), BadFile> {
-    let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(BadFile::at(path))?;
-    let image = reader.decode().map_err(BadFile::at(path))?;
+fn read_linear(path: &Path) -> Result<(usize, usize, Vec<Vec3>), Failure> {
+    let image = image_file::read(path)?;
     let linear = matches!(image, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
     let image = image.into_rgb32f();
     let (width, height) = (image.width() as usize, image.height() as usize);

@@ -1,9 +1,24 @@
 //! Choosing a file or a folder: a path to type or paste, and what is in its folder to click. Drawn by the window itself, so
 //! that it is the same with every desktop and needs no other program.
 
-use super::session::Wanted;
 use crate::app::document;
 use std::path::{Path, PathBuf};
+
+/// Purpose of the file that the user is asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum FilePurpose {
+    /// The file is a mesh or a map to open.
+    #[default]
+    Open,
+    /// The file is the clean mesh to compare with.
+    Clean,
+    /// The file is the result of another denoiser, which the map leads to.
+    Target,
+    /// The file is a text that lists the `v` lines that stay.
+    Mask,
+    /// The file is a picture of the surroundings, or a folder with the six faces of a cube map.
+    Environment,
+}
 
 /// An open dialog.
 pub(super) struct Dialog {
@@ -16,7 +31,7 @@ pub(super) struct Dialog {
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Purpose {
-    Open(Wanted),
+    Open(FilePurpose),
     Save,
 }
 
@@ -33,7 +48,7 @@ pub(super) enum Outcome {
     /// Nothing was chosen.
     Closed,
     /// This is to be opened.
-    File(Wanted, PathBuf),
+    File(FilePurpose, PathBuf),
     /// The map goes there.
     SaveTo(PathBuf),
 }
@@ -43,9 +58,9 @@ const MOST_ENTRIES: usize = 2000;
 
 impl Dialog {
     /// Asks for a file.
-    pub(super) fn open(wanted: Wanted) -> Self {
+    pub(super) fn open(file: FilePurpose) -> Self {
         let here = std::env::current_dir().unwrap_or_default().join("");
-        Self { purpose: Purpose::Open(wanted), text: here.display().to_string(), listed: None, fresh: true }
+        Self { purpose: Purpose::Open(file), text: here.display().to_string(), listed: None, fresh: true }
     }
 
     /// Asks for a folder.
@@ -57,13 +72,13 @@ impl Dialog {
     /// Draws it. Listing a folder is quick, and done once for each.
     pub(super) fn show(&mut self, context: &egui::Context, mut mark: impl FnMut(&str, egui::Rect)) -> Outcome {
         let (title, verb) = match self.purpose {
-            Purpose::Open(Wanted::Open) => ("Open a mesh or a map", "Open"),
-            Purpose::Open(Wanted::Clean) => ("The clean mesh", "Compare"),
-            Purpose::Open(Wanted::Environment) => {
+            Purpose::Open(FilePurpose::Open) => ("Open a mesh or a map", "Open"),
+            Purpose::Open(FilePurpose::Clean) => ("The clean mesh", "Compare"),
+            Purpose::Open(FilePurpose::Environment) => {
                 ("A picture of what is all around, or a folder with six faces", "Take")
             }
-            Purpose::Open(Wanted::Mask) => ("Numbers of `v` lines that stay", "Take"),
-            Purpose::Open(Wanted::Target) => ("The result of another denoiser", "Take"),
+            Purpose::Open(FilePurpose::Mask) => ("Numbers of `v` lines that stay", "Take"),
+            Purpose::Open(FilePurpose::Target) => ("The result of another denoiser", "Take"),
             Purpose::Save => ("Save the map to a folder", "Save"),
         };
         let mut outcome = Outcome::Open;
@@ -92,7 +107,7 @@ impl Dialog {
                 } else if (button.clicked() || entered) && !chosen.as_os_str().is_empty() {
                     outcome = match self.purpose {
                         Purpose::Save => Outcome::SaveTo(chosen),
-                        Purpose::Open(wanted) => Outcome::File(wanted, chosen),
+                        Purpose::Open(file) => Outcome::File(file, chosen),
                     };
                 }
             });
@@ -138,9 +153,9 @@ fn entries(folder: &Path, purpose: Purpose) -> Vec<Entry> {
         let is_folder = path.is_dir();
         let fits = match purpose {
             Purpose::Save => false,
-            Purpose::Open(Wanted::Mask | Wanted::Environment) => true,
+            Purpose::Open(FilePurpose::Mask | FilePurpose::Environment) => true,
             // Of the pictures only maps can be opened.
-            Purpose::Open(Wanted::Open) => match document::kind(&path) {
+            Purpose::Open(FilePurpose::Open) => match document::kind(&path) {
                 Some(document::Kind::Picture) => name.contains(".displacement."),
                 kind => kind.is_some(),
             },

@@ -1,8 +1,8 @@
 //! The keyboard, and the list of what it does.
 
 use super::controls::{self, Standard};
-use super::dialog::Dialog;
-use super::session::{Action, Comparing, Session, Wanted};
+use super::dialog::{Dialog, FilePurpose};
+use super::session::{Action, Comparing, Session};
 use crate::app::{App, Work};
 use crate::settings::{Overlay, Shading};
 use egui::{Key, Modifiers};
@@ -45,7 +45,7 @@ fn show(app: &mut App, shading: Shading) {
 
 fn bindings() -> [Binding; 27] {
     [
-        on(COMMAND, Key::O, "open a mesh or a map", |_, s| s.ask(Wanted::Open)),
+        on(COMMAND, Key::O, "open a mesh or a map", |_, s| s.ask(FilePurpose::Open)),
         on(COMMAND, Key::S, "save the map", |a, s| s.dialog = a.folder().map(|folder| Dialog::save(&folder))),
         on(COMMAND, Key::R, "read the file again", |a, _| a.reload()),
         on(COMMAND_SHIFT, Key::Z, "redo", |a, _| a.redo()),
@@ -154,7 +154,7 @@ impl Session {
     }
 
     /// Asks for a file.
-    pub(super) fn ask(&mut self, wanted: Wanted) {
-        self.dialog = Some(Dialog::open(wanted));
+    pub(super) fn ask(&mut self, purpose: FilePurpose) {
+        self.dialog = Some(Dialog::open(purpose));
     }
 }

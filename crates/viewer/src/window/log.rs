@@ -4,6 +4,7 @@
 use super::session::Session;
 use crate::app::{App, Work};
 use planish_files::failure::Failure;
+use planish_files::input;
 use serde_json::{Value, json};
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
@@ -18,7 +19,7 @@ pub(super) struct Log {
 
 impl Log {
     pub(super) fn open(path: Option<&Path>) -> Result<Self, Failure> {
-        let file = path.map(|path| File::create(path).map_err(|e| Failure::at(path, e))).transpose()?;
+        let file = path.map(|path| File::create(path).map_err(|e| Failure::at(path, input::plain(&e)))).transpose()?;
         Ok(Self { file: file.map(BufWriter::new), last: Value::Null })
     }
 
@@ -55,7 +56,7 @@ impl Log {
             "wanted": app.choices.recipe.denoiser.name(),
             "lambda": app.choices.view.displace.lambda,
             "baked": app.is_baked(),
-            "measured": app.measured().map(|m| [Some(m.noisy.ea), m.displaced.as_ref().map(|d| d.1.ea)]),
+            "measured": app.measured().map(|m| [Some(m.noisy().ea), m.displaced.as_ref().map(|d| d.1.ea)]),
             "busy": busy(app),
             "showing": session.showing.is_some(),
             "comparing": format!("{:?}", session.comparing),

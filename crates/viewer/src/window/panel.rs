@@ -6,8 +6,8 @@ mod map;
 mod mesh;
 mod method;
 
-use super::dialog::Outcome;
-use super::session::{Action, Session, Wanted};
+use super::dialog::{Dialog, FilePurpose, Outcome};
+use super::session::{Action, Session};
 use super::{keys, take, view};
 use crate::app::App;
 use egui::{Context, Ui};
@@ -53,7 +53,7 @@ fn buttons(ui: &mut Ui, app: &mut App, session: &mut Session) {
         let open = ui.button("Open …").on_hover_text("a mesh, or the manifest of a map");
         session.mark("open", open.rect);
         if open.clicked() {
-            session.ask(Wanted::Open);
+            session.ask(FilePurpose::Open);
         }
         let recent = app.remembered.recent.clone();
         ui.add_enabled_ui(!recent.is_empty(), |ui| {
@@ -69,7 +69,7 @@ fn buttons(ui: &mut Ui, app: &mut App, session: &mut Session) {
         let save = save.on_hover_text("the files that the command line would write");
         session.mark("save", save.rect);
         if save.clicked() {
-            session.dialog = app.folder().map(|folder| super::dialog::Dialog::save(&folder));
+            session.dialog = app.folder().map(|folder| Dialog::save(&folder));
         }
         let [undo, redo] = app.can_undo_redo();
         if ui.add_enabled(undo, egui::Button::new("⟲")).on_hover_text("undo").clicked() {
@@ -116,7 +116,7 @@ fn dialog(context: &Context, app: &mut App, session: &mut Session) {
     match dialog.show(context, |name, rect| session.mark(name, rect)) {
         Outcome::Open => session.dialog = Some(dialog),
         Outcome::Closed => {}
-        Outcome::File(wanted, path) => take(app, wanted, &path),
+        Outcome::File(purpose, path) => take(app, purpose, &path),
         Outcome::SaveTo(folder) => app.save(&folder),
     }
 }

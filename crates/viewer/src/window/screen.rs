@@ -1,10 +1,11 @@
 //! The surface of the window, and egui's triangles on it.
 
-use super::NoWindow;
+use super::no_window;
 use crate::gpu::{Backend, Gpu, NoGpu};
 use egui::epaint::textures::TexturesDelta;
 use egui::{ClippedPrimitive, TextureId};
 use egui_wgpu::{RendererOptions, ScreenDescriptor};
+use planish_files::failure::Failure;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use winit::dpi::PhysicalSize;
@@ -25,30 +26,29 @@ impl Screen {
         window: &Arc<Window>,
         event_loop: &ActiveEventLoop,
         backend: Backend,
-    ) -> Result<(Self, Gpu), NoWindow> {
+    ) -> Result<(Self, Gpu), Failure> {
         if backend == Backend::Auto {
             // As without a window: drivers of OpenGL are loaded only where there is nothing better.
             return Self::new(window, event_loop, Backend::Vulkan)
                 .or_else(|_| Self::new(window, event_loop, Backend::Gl));
         }
-        let display = |e: &dyn ToString| NoWindow::Display(e.to_string());
         let descriptor = wgpu::InstanceDescriptor {
             backends: backend.apis(),
             ..wgpu::InstanceDescriptor::new_with_display_handle(Box::new(event_loop.owned_display_handle()))
         };
         let instance = wgpu::Instance::new(descriptor);
-        let surface = instance.create_surface(Arc::clone(window)).map_err(|e| display(&e))?;
+        let surface = instance.create_surface(Arc::clone(window)).map_err(no_window)?;
         let wanted = wgpu::RequestAdapterOptions {
             compatible_surface: Some(&surface),
             ..wgpu::RequestAdapterOptions::default()
         };
-        let adapter =
-            pollster::block_on(instance.request_adapter(&wanted)).map_err(|_| NoGpu::NoAdapter { backend })?;
-        let gpu = Gpu::on(&adapter)?;
+        let adapter = pollster::block_on(instance.request_adapter(&wanted));
+        let adapter = adapter.map_err(|_| Failure::internal(NoGpu::NoAdapter { backend }))?;
+        let gpu = Gpu::on(&adapter).map_err(Failure::internal)?;
         let size = window.inner_size();
         let mut configuration = surface
             .get_default_config(&adapter, size.width.max(1), size.height.max(1))
-            .ok_or_else(|| display(&"the graphics adapter cannot draw to this display"))?;
+            .ok_or_else(|| no_window("the graphics adapter cannot draw to this display"))?;
         // egui blends encoded colours.
         let plain = [wgpu::TextureFormat::Rgba8Unorm, wgpu::TextureFormat::Bgra8Unorm];
         let formats = surface.get_capabilities(&adapter).formats;

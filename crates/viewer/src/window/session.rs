@@ -17,22 +17,6 @@ pub enum Comparing {
     Blink,
 }
 
-/// What the file that is chosen next is for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum Wanted {
-    /// To look at.
-    #[default]
-    Open,
-    /// The clean mesh.
-    Clean,
-    /// The result of another denoiser.
-    Target,
-    /// A text with the `v` lines that stay.
-    Mask,
-    /// A picture, or a folder with six, of what is all around.
-    Environment,
-}
-
 /// What only the window can do.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Action {

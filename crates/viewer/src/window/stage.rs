@@ -62,7 +62,7 @@ impl Wanted {
                 ticket.stage("environment");
                 (read, failed) = match environment::file::load(&around.0, around.1 as usize) {
                     Ok(environment) => (Some(Arc::new((around, environment))), None),
-                    Err(bad) => (None, Some(bad.into())),
+                    Err(failure) => (None, Some(failure)),
                 };
             }
             let mut with = (*scene).clone();
@@ -219,7 +219,7 @@ impl Stage {
 }
 
 fn upload(renderer: &Renderer, scene: &Scene) -> Result<Uploaded, Failure> {
-    renderer.upload(scene).map_err(|e| Failure::Internal(e.to_string()))
+    renderer.upload(scene).map_err(Failure::internal)
 }
 
 /// Settings with what only the scene knows: a heat map of heights needs their range, and finding it takes too long for a

@@ -53,7 +53,7 @@ fn welcome(ui: &mut Ui, rect: Rect, app: &mut App, session: &mut Session) {
             let open = ui.button("Open …");
             session.mark("open", open.rect);
             if open.clicked() {
-                session.ask(super::session::Wanted::Open);
+                session.ask(super::dialog::FilePurpose::Open);
             }
             ui.add_space(16.0);
             for path in app.remembered.recent.clone() {

@@ -1,6 +1,7 @@
 //! Noisy against denoised, and both against a clean mesh.
 
-use super::super::session::{Comparing, Session, Wanted};
+use super::super::dialog::FilePurpose;
+use super::super::session::{Comparing, Session};
 use crate::app::App;
 use crate::settings::Shading;
 use egui::Ui;
@@ -29,7 +30,7 @@ pub(super) fn show(ui: &mut Ui, app: &mut App, session: &mut Session) {
             let button = ui.button("Clean mesh …").on_hover_text("measure against it while λ moves");
             session.mark("clean", button.rect);
             if button.clicked() {
-                session.ask(Wanted::Clean);
+                session.ask(FilePurpose::Clean);
             }
         }
         Some(path) => {
@@ -72,7 +73,7 @@ fn table(ui: &mut Ui, app: &App) {
         ui.end_row();
         for (what, help, value) in ROWS {
             ui.label(what).on_hover_text(help);
-            ui.monospace(value(&measured.noisy));
+            ui.monospace(value(measured.noisy()));
             if let Some((_, displaced)) = &measured.displaced {
                 ui.monospace(value(displaced));
             }

@@ -1,7 +1,8 @@
 //! How the model is drawn. Nothing here changes what is baked.
 
 use super::super::controls::{self, Standard};
-use super::super::session::{Session, Wanted};
+use super::super::dialog::FilePurpose;
+use super::super::session::Session;
 use super::{choose, name};
 use crate::app::App;
 use crate::camera::{Projection, UpAxis};
@@ -136,7 +137,7 @@ fn surroundings(ui: &mut Ui, view: &mut Settings, session: &mut Session) {
         choose(ui, "environment", &mut source, all);
         if ui.small_button("…").on_hover_text("a picture twice as wide as high, or a folder with six faces").clicked()
         {
-            session.ask(Wanted::Environment);
+            session.ask(FilePurpose::Environment);
         }
     });
     match source {

@@ -5,7 +5,7 @@ use super::choose;
 use crate::app::App;
 use crate::app::document::{self, Map};
 use crate::app::recipe::{self, Choices};
-use egui::{Color32, Rect, Sense, Ui, Vec2, pos2};
+use egui::{Color32, ColorImage, Rect, Sense, Ui, Vec2, pos2};
 use planish_files::words;
 use planish_geometry::bundle::{Carriers, LayoutChoice, Settings};
 use planish_geometry::displacement::{Displacement, TexelFormat};
@@ -63,7 +63,9 @@ fn picture(ui: &mut Ui, map: &Arc<Map>, session: &mut Session) {
     let texture = match &mut view.texture {
         Some((shown, texture)) if *shown == of => texture,
         slot => {
-            let image = Arc::clone(&map.picture);
+            let (width, height) = map.picture.dimensions();
+            // Every texel is opaque, so that nothing has to be multiplied.
+            let image = ColorImage::from_rgba_premultiplied([width as usize, height as usize], &map.picture);
             let texture = ui.ctx().load_texture("map", image, egui::TextureOptions::NEAREST);
             &mut slot.insert((of, texture)).1
         }

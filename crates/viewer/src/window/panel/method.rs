@@ -1,6 +1,7 @@
 //! How the mesh is denoised: the method, its settings, and where the bake is.
 
-use super::super::session::{Action, Session, Wanted};
+use super::super::dialog::FilePurpose;
+use super::super::session::{Action, Session};
 use crate::app::options::{self, KNOBS, Knob, Values};
 use crate::app::{App, Rebake, Work};
 use egui::{Response, Ui};
@@ -49,7 +50,7 @@ pub(super) fn show(ui: &mut Ui, app: &mut App, session: &mut Session) {
             session.actions.push(Action::Copy(command));
         }
         if ui.button("Target …").on_hover_text("bake the way to the result of another denoiser").clicked() {
-            session.ask(Wanted::Target);
+            session.ask(FilePurpose::Target);
         }
     });
 }
@@ -213,7 +214,7 @@ fn limits(ui: &mut Ui, app: &mut App, session: &mut Session) {
             ui.label(format!("`v` lines {} stay", String::from(holds.lines.clone())));
             forget |= ui.small_button("✖").clicked();
         } else if ui.button("Vertices that stay …").on_hover_text("a text with numbers of `v` lines").clicked() {
-            session.ask(Wanted::Mask);
+            session.ask(FilePurpose::Mask);
         }
         if forget {
             (holds.mask, holds.lines) = <_>::default();

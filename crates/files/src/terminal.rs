@@ -1,0 +1,106 @@
+//! The terminal that a program runs in: a progress bar, warnings and errors on standard error, results on standard output,
+//! and Ctrl-C.
+
+use crate::failure::Failure;
+use indicatif::{ProgressBar, ProgressStyle};
+use planish_geometry::progress::Progress;
+use std::io::{IsTerminal as _, Write as _};
+use std::process::ExitCode;
+use std::sync::Once;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Set by Ctrl-C; a process has one of it.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Whether a progress bar is wanted. On a standard error that is no terminal there is none in any case.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bar {
+    /// Progress is shown.
+    Shown,
+    /// Progress is not shown.
+    Hidden,
+}
+
+/// Progress on standard error, which Ctrl-C can cancel. The bar disappears when this value is dropped.
+#[derive(Debug)]
+pub struct Terminal {
+    bar: ProgressBar,
+}
+
+impl Terminal {
+    /// Takes over Ctrl-C: the first one cancels the work that reports its progress here, the second one ends the program.
+    pub fn new(bar: Bar) -> Self {
+        take_over_interrupts();
+        let is_seen = bar == Bar::Shown && std::io::stderr().is_terminal();
+        let bar = if is_seen { ProgressBar::new(1000) } else { ProgressBar::hidden() };
+        if let Ok(style) = ProgressStyle::with_template("{msg:16} [{bar:40}] {percent:>3} % {elapsed}") {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        Self { bar }
+    }
+
+    /// Tells the user something that is worth knowing although all went well.
+    pub fn warn(&self, text: &str) {
+        self.bar.suspend(|| say("warning", &text));
+    }
+
+    /// Takes the progress bar away, so that results can be printed.
+    pub fn clear(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+impl Drop for Terminal {
+    fn drop(&mut self) {
+        self.clear();
+    }
+}
+
+impl Progress for Terminal {
+    fn stage(&self, name: &'static str) {
+        self.bar.set_position(0);
+        self.bar.set_message(name);
+    }
+    fn done(&self, share: f64) {
+        self.bar.set_position((share * 1000.0) as u64);
+    }
+    fn cancelled(&self) -> bool {
+        INTERRUPTED.load(Ordering::Relaxed)
+    }
+}
+
+fn take_over_interrupts() {
+    static HANDLER: Once = Once::new();
+    HANDLER.call_once(|| {
+        let interrupt = || {
+            if INTERRUPTED.swap(true, Ordering::Relaxed) {
+                // The second time somebody means it. Nothing is half written: files appear by renaming.
+                std::process::exit(1);
+            }
+        };
+        // Without a handler Ctrl-C ends the program at once, which is fine as well.
+        let _ = ctrlc::set_handler(interrupt);
+    });
+}
+
+/// Writes to standard output. A reader that went away is not an error.
+pub fn print(bytes: &[u8]) {
+    let mut out = std::io::stdout().lock();
+    let _ = out.write_all(bytes).and_then(|()| out.flush());
+}
+
+/// Ends a program: says on standard error why it failed, and returns the exit code.
+pub fn conclude(outcome: Result<(), Failure>) -> ExitCode {
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            say("error", &failure);
+            failure.exit_code()
+        }
+    }
+}
+
+/// Writes a line to standard error. If nobody listens, the exit code still tells.
+fn say(kind: &str, text: &dyn std::fmt::Display) {
+    let _ = writeln!(std::io::stderr(), "{kind}: {text}");
+}

@@ -1,0 +1,145 @@
+//! What becomes of the results of work in the background.
+
+use super::document::{Document, Map, Origin};
+use super::history::History;
+use super::measurement::Clean;
+use super::recipe::Recipe;
+use super::schedule::without_camera;
+use super::{App, MessageKind, jobs};
+use crate::camera::Camera;
+use planish_files::failure::Failure;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Files that were read.
+pub(super) enum Loaded {
+    /// A mesh from this path, or the manifest of its map.
+    Document(PathBuf, Box<Document>, Option<Box<Map>>),
+    /// A clean mesh to compare with.
+    Clean(Clean),
+}
+
+/// Files that were written.
+pub(super) struct Saved {
+    pub(super) files: Vec<PathBuf>,
+    /// The map, where it had to be baked again for another folder.
+    pub(super) map: Option<Map>,
+}
+
+impl App {
+    /// Takes what the threads in the background have finished.
+    pub(super) fn take_results(&mut self) {
+        self.take_loaded();
+        self.take_baked();
+        self.take_saved();
+        self.take_drawn();
+    }
+
+    fn take_loaded(&mut self) {
+        let Some(outcome) = self.loading.poll() else { return };
+        match outcome {
+            Ok(Loaded::Document(path, document, map)) => self.show(path, *document, map.map(|map| *map)),
+            Ok(Loaded::Clean(clean)) => {
+                self.forget_clean();
+                self.clean = Some(Arc::new(clean));
+            }
+            Err(failure) => self.fail(&failure),
+        }
+    }
+
+    fn show(&mut self, path: PathBuf, document: Document, map: Option<Map>) {
+        let again = self.source.as_deref() == Some(&*path);
+        self.baking.drop_running();
+        self.measuring.drop_running();
+        (self.measured, self.measured_for, self.due) = (None, None, None);
+        if !again {
+            self.messages.clear();
+        }
+        let mut watched = vec![document.mesh.clone()];
+        if path != document.mesh {
+            watched.push(path.clone());
+        }
+        self.watch.these(&watched);
+        self.remembered.opened(&path);
+        if let Some(map) = &map {
+            self.choices.recipe = Recipe::of(&map.manifest, &path);
+            self.choices.view.displace.lambda = map.manifest.displacement.lambda as f32;
+        } else {
+            self.choices.recipe.settings.welding = <_>::default();
+        }
+        if !again && map.is_none() {
+            self.choices.recipe.target = None;
+            (self.choices.recipe.limits.mask, self.choices.recipe.limits.lines) = <_>::default();
+        }
+        if !again {
+            self.choices.view.camera = Camera { up: self.choices.view.camera.up, ..<_>::default() };
+        }
+        (self.choices.view.displace.bias, self.choices.view.displace.scale) = (None, None);
+        jobs::discard(self.document.replace(Arc::new(document)));
+        self.source = Some(path);
+        let recipe = self.choices.recipe.clone();
+        (self.begun, self.shown) = if map.is_some() { (Some(recipe.clone()), Some(recipe)) } else { (None, None) };
+        self.seen = self.choices.recipe.clone();
+        jobs::discard(std::mem::replace(&mut self.map, map.map(Arc::new)));
+        if !again {
+            let mut now = self.choices.clone();
+            without_camera(&mut now);
+            self.history = History::new(now);
+        }
+        if self.map.is_none() {
+            self.bake();
+        }
+    }
+
+    fn take_baked(&mut self) {
+        match self.baking.poll() {
+            None => {}
+            // Its warnings stand in the panel.
+            Some(Ok(map)) => self.put(map),
+            Some(Err(Failure::Interrupted)) => self.say(MessageKind::Warning, "stopped; the last result stays"),
+            Some(Err(failure)) => self.fail(&failure),
+        }
+    }
+
+    fn put(&mut self, map: Map) {
+        if let Origin::Baked { recipe, .. } = &map.origin {
+            self.shown = Some((**recipe).clone());
+        }
+        jobs::discard(self.map.replace(Arc::new(map)));
+    }
+
+    fn take_saved(&mut self) {
+        match self.saving.poll() {
+            None => {}
+            Some(Ok(Saved { files, map })) => {
+                if let Some(map) = map {
+                    self.put(map);
+                }
+                self.say(MessageKind::Done, format!("wrote {}", listed(&files)));
+            }
+            Some(Err(Failure::Interrupted)) => self.say(MessageKind::Warning, Failure::Interrupted.to_string()),
+            Some(Err(failure)) => self.fail(&failure),
+        }
+    }
+
+    fn take_drawn(&mut self) {
+        match self.drawing.poll() {
+            None => {}
+            Some(Ok(files)) => self.say(MessageKind::Done, format!("wrote {}", listed(&files))),
+            Some(Err(Failure::Interrupted)) => self.say(MessageKind::Warning, Failure::Interrupted.to_string()),
+            Some(Err(failure)) => self.fail(&failure),
+        }
+    }
+}
+
+/// A few files by name, many by the first and their number.
+fn listed(files: &[PathBuf]) -> String {
+    match files {
+        [] => "nothing".to_owned(),
+        [one] => one.display().to_string(),
+        [first, ..] => {
+            let folder = first.parent().unwrap_or(Path::new("")).display();
+            format!("{} files to {folder}", files.len())
+        }
+    }
+}

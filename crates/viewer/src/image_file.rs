@@ -1,0 +1,18 @@
+//! Pictures in files.
+
+use image::{DynamicImage, ImageReader};
+use planish_files::failure::Failure;
+use planish_files::input;
+use std::io::Cursor;
+use std::path::Path;
+
+/// Reads and decodes a picture. Its content says which format it has, whatever its name ends in.
+pub(crate) fn read(path: &Path) -> Result<DynamicImage, Failure> {
+    decode(&input::read(path)?, path)
+}
+
+/// Decodes the bytes of a picture; `path` is for the error message.
+pub(crate) fn decode(bytes: &[u8], path: &Path) -> Result<DynamicImage, Failure> {
+    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| Failure::at(path, e))?;
+    reader.decode().map_err(|e| Failure::at(path, e))
+}
