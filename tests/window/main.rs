@@ -85,7 +85,7 @@ fn a_map_is_made_compared_saved_and_opened_with_mouse_and_keyboard() {
     desk.until("saved", |s| s["messages"][0].as_str().is_some_and(|m| m.starts_with("wrote ")));
     let line = ["planish", "bake", &mesh.to_string_lossy(), "--method", "taubin", "--quiet", "-o"];
     let line = line.iter().copied().chain([&*theirs.to_string_lossy()]).map(Into::into).collect::<Vec<_>>();
-    planish_bake::run(line);
+    planish::run(line);
     assert_eq!(contents(&ours).len(), 6);
     assert!(contents(&ours) == contents(&theirs), "byte for byte what the command line writes");
 
@@ -173,7 +173,7 @@ fn what_cannot_be_opened_is_named_and_what_is_open_stays() {
     for folder in ["strange", "hollow"] {
         let [mesh, folder] = ["square.obj", folder].map(|name| desk.path(name).into_os_string());
         let line = ["planish".into(), "bake".into(), mesh, "--quiet".into(), "-o".into(), folder];
-        planish_bake::run(line);
+        planish::run(line);
     }
     fs::write(desk.path("strange/square.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     fs::write(desk.path("hollow/square.displacement.png"), "").unwrap();
