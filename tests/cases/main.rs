@@ -5,6 +5,8 @@ mod data;
 #[cfg(test)]
 mod equivalent;
 #[cfg(test)]
+mod external_meshes;
+#[cfg(test)]
 mod layouts;
 #[cfg(test)]
 mod oracle;
@@ -12,8 +14,6 @@ mod oracle;
 mod properties;
 #[cfg(test)]
 mod reference;
-#[cfg(test)]
-mod shared;
 #[cfg(test)]
 mod support;
 #[cfg(test)]
