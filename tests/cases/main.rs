@@ -1,7 +1,9 @@
-//! Laws that hold across modules, frozen references, and other people's meshes.
+//! Laws that hold across modules, frozen references, documents, and other people's meshes.
 
 #[cfg(test)]
 mod data;
+#[cfg(test)]
+mod documents;
 #[cfg(test)]
 mod equivalent;
 #[cfg(test)]
