@@ -12,8 +12,8 @@ from PIL import Image, ImageDraw, ImageFont
 FOOT = 34
 # Milliseconds of a step of λ, and of its ends.
 STEP, REST = 90, 1300
-# Fewer shades make a smaller file, and flat triangles need few.
-COLOURS = 48
+# Fewer shades make a smaller file.
+COLOURS = 200
 
 
 def frame(left, right, strength):
@@ -26,8 +26,8 @@ def frame(left, right, strength):
     start, end, middle = width // 2, width * 3 // 2, height + FOOT // 2
     knob = start + strength * (end - start)
     draw.line([start, middle, end, middle], fill="#b0b0b0", width=3)
-    draw.line([start, middle, knob, middle], fill="#2a6fbb", width=3)
-    draw.ellipse([knob - 8, middle - 8, knob + 8, middle + 8], fill="#2a6fbb")
+    draw.line([start, middle, knob, middle], fill="#404040", width=3)
+    draw.ellipse([knob - 8, middle - 8, knob + 8, middle + 8], fill="#404040")
     font = ImageFont.load_default(17)
     draw.text((start - 16, middle), "noisy", fill="#404040", font=font, anchor="rm")
     draw.text((end + 16, middle), "denoised", fill="#404040", font=font, anchor="lm")
