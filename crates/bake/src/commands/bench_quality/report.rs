@@ -49,6 +49,9 @@ pub(super) struct Row {
     seconds: f64,
     #[serde(flatten)]
     ratios: Ratios,
+    /// Mean angle by which the method rotates the faces of the clean mesh, in degrees; `None` where nobody asked.
+    #[serde(rename = "Ea_harm_deg", skip_serializing_if = "Option::is_none")]
+    pub(super) harm: Option<f64>,
     #[serde(flatten)]
     comparison: Comparison,
 }
@@ -106,7 +109,7 @@ impl Row {
             best: pair.best().and_then(|(_, ea)| over(ea)),
             reference: pair.reference(denoiser).and_then(over),
         };
-        Self { pair: pair.name.clone(), method: denoiser.name(), seconds, ratios, comparison: found }
+        Self { pair: pair.name.clone(), method: denoiser.name(), seconds, ratios, harm: None, comparison: found }
     }
 }
 
@@ -178,6 +181,9 @@ impl Report {
                 let Row { method, seconds, ratios, comparison: c, .. } = row;
                 let [ea, d] = [format!("{:.3}", c.ea), format!("{:.4}", c.d_mean)];
                 line(&mut out, method, &ea, ratios, &d, c.flipped, *seconds);
+                if let Some(harm) = row.harm {
+                    let _ = writeln!(out, "  {:17} {harm:8.3} on the clean mesh", "");
+                }
             }
         }
         if self.pairs.len() > 1 {
