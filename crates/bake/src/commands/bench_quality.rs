@@ -125,7 +125,7 @@ fn measure(pair: &Pair, harm: bool, part: &Part<'_>, report: &mut Report) -> Res
         let harm = kept.map(|kept| metrics::compare(&clean, &clean.clone().at(kept)).map(|found| found.ea)).transpose();
         match (metrics::compare(&clean, &noisy.at(places)), harm) {
             (Ok(found), Ok(harm)) => {
-                report.rows.push(Row { harm, ..Row::new(pair, denoiser, &before, found, seconds) });
+                report.rows.push(Row::new(pair, denoiser, &before, found, seconds).with_harm(harm));
             }
             (Err(e), _) | (_, Err(e)) => report.broken.push(broken(Some(denoiser), e.to_string())),
         }

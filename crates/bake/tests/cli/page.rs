@@ -39,11 +39,15 @@ fn the_page_of_commands_is_what_help_prints() {
 
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/commands.md");
     let page = std::fs::read_to_string(&path).unwrap();
-    let (by_hand, committed) = page.split_once(MARK).expect("docs/commands.md has lost the line that ends its introduction");
+    let (by_hand, committed) =
+        page.split_once(MARK).expect("docs/commands.md has lost the line that ends its introduction");
     if std::env::var_os("PLANISH_UPDATE").is_some() {
         std::fs::write(&path, format!("{by_hand}{MARK}{printed}")).unwrap();
         return;
     }
     let differs = committed.lines().zip(printed.lines()).find(|(old, new)| old != new);
-    assert!(committed == printed, "docs/commands.md is out of date, run docs/make; the first line that differs: {differs:?}");
+    assert!(
+        committed == printed,
+        "docs/commands.md is out of date, run docs/make; the first line that differs: {differs:?}"
+    );
 }

@@ -51,7 +51,7 @@ pub(super) struct Row {
     ratios: Ratios,
     /// Mean angle by which the method rotates the faces of the clean mesh, in degrees; `None` where nobody asked.
     #[serde(rename = "Ea_harm_deg", skip_serializing_if = "Option::is_none")]
-    pub(super) harm: Option<f64>,
+    harm: Option<f64>,
     #[serde(flatten)]
     comparison: Comparison,
 }
@@ -110,6 +110,11 @@ impl Row {
             reference: pair.reference(denoiser).and_then(over),
         };
         Self { pair: pair.name.clone(), method: denoiser.name(), seconds, ratios, harm: None, comparison: found }
+    }
+
+    /// The row with the mean angle by which the method rotates the faces of the clean mesh, in degrees.
+    pub(super) fn with_harm(self, harm: Option<f64>) -> Self {
+        Self { harm, ..self }
     }
 }
 
