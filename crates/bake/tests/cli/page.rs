@@ -13,7 +13,7 @@ const MARK: &str = "<!-- docs/make writes what follows, from `planish help`. -->
 fn help(folder: &Folder, command: &str) -> String {
     let output = folder.planish(command).arg("--help").env("COLUMNS", "100").output().unwrap();
     assert!(output.status.success(), "{command}");
-    let text = String::from_utf8(output.stdout).unwrap();
+    let text = String::from_utf8(output.stdout).unwrap().replace("planish.exe", "planish");
     // Some lines end in blanks, which editors take away.
     text.lines().map(|line| format!("{}\n", line.trim_end())).collect()
 }
