@@ -1,13 +1,10 @@
-//! The meshes in `data/` are what their commands make, and the documents speak of what is there.
+//! The meshes in `data/` are what their commands make.
 
-use planish_geometry::bundle::{self, Belongings, Names, Settings};
 use planish_geometry::manifest;
 use planish_geometry::model::Model;
 use planish_geometry::noise::{self, Direction, Noise};
 use planish_geometry::obj::Obj;
-use planish_geometry::progress::Silent;
 use planish_geometry::weld::Welding;
-use serde_json::Value;
 use std::path::Path;
 
 fn root() -> &'static Path {
@@ -45,31 +42,5 @@ fn clean_meshes_are_closed_manifolds_and_noisy_ones_are_made_of_them() {
         let places: Vec<_> = clean.surface().positions().iter().zip(&moved).map(|(p, d)| *p + *d).collect();
         let noisy = clean.obj().with_positions(&clean.weld().spread(&places), None);
         assert!(noisy == model(&format!("{name}_noisy.obj")).obj().bytes(), "{name}");
-    }
-}
-
-/// Names of all fields, with a dot in front of those inside objects.
-fn fields(value: &Value, inside: bool, out: &mut Vec<String>) {
-    for (key, value) in value.as_object().into_iter().flatten() {
-        out.push(if inside { format!(".{key}") } else { key.clone() });
-        fields(value, true, out);
-    }
-}
-
-#[test]
-fn every_field_of_a_manifest_is_documented() {
-    let names = Names { source: "duck_noisy.obj".into(), stem: "duck_noisy".into(), carrier: "duck_noisy".into() };
-    let settings = Settings { side: Some(64), ..Settings::default() };
-    let bundle = bundle::bake(&model("duck_noisy.obj"), &names, Belongings::NONE, &settings, &Silent).unwrap();
-    let json: Value = serde_json::from_slice(&bundle.files.last().unwrap().bytes).unwrap();
-    let document = std::fs::read_to_string(root().join("docs/manifest.md")).unwrap();
-    let mut names = Vec::new();
-    fields(&json, false, &mut names);
-    assert!(names.len() > 50);
-    for name in names {
-        // As `.field` after the first of a row, with the path before it otherwise, or in the words on `method`.
-        let bare = name.trim_start_matches('.');
-        let spellings = [format!("`{bare}`"), format!(".{bare}`"), format!("`{bare}."), format!(".{bare}.")];
-        assert!(spellings.iter().any(|s| document.contains(s)), "docs/manifest.md does not mention {name}");
     }
 }

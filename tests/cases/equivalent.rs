@@ -37,7 +37,7 @@ fn assert_same(recipe: &Recipe, folder: &Path) {
     let [mesh, out] = ["sheet.obj", "out"].map(|name| folder.join(name));
     let arguments = recipe.arguments(&mesh, &out);
     let line = std::iter::once("planish".to_owned()).chain(arguments.clone()).chain(["--quiet".to_owned()]);
-    planish_bake::run(line.map(Into::into));
+    planish::run(line.map(Into::into));
     let model = input::model(&mesh, recipe.settings.welding, &Silent).unwrap();
     let job = Job { input: &mesh, model: &model, folder: &out, spared: &[] };
     let baked = job.run(&recipe.settings(&job).unwrap(), &Silent).unwrap();
@@ -123,7 +123,7 @@ fn a_map_that_is_opened_is_baked_again_as_it_was() {
     mesh(&mesh_path);
     for method in ["auto", "taubin", "guided-normals"] {
         let line = ["planish", "bake", "--quiet", "--method", method, "-o"].map(Into::into);
-        planish_bake::run(line.into_iter().chain([out.clone().into(), mesh_path.clone().into()]));
+        planish::run(line.into_iter().chain([out.clone().into(), mesh_path.clone().into()]));
         let path = out.join("sheet.planish.json");
         let manifest = Manifest::from_json(&std::fs::read(&path).unwrap()).unwrap();
         let recipe = Recipe::of(&manifest, &path);

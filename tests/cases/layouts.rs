@@ -1,12 +1,13 @@
-//! How exact each layout is, on meshes as they are out there; passes over those that are absent.
+//! How exact each layout is, on the meshes of the repository and on those that `PLANISH_MESHES` names.
 
-use crate::support::{Read, bake, heights, keeps_its_promises, meshes_in, model, root, shared_data};
+use crate::support::{Read, bake, heights, keeps_its_promises, meshes_from_outside, meshes_in, model, root};
 use planish_geometry::bundle::{Carriers, Fallback, LayoutChoice, Settings};
 use planish_geometry::denoise::{Denoiser, Laplacian};
 use planish_geometry::displacement::{TexelFormat, Weights};
 use planish_geometry::manifest::Layout;
 use planish_geometry::model::Model;
 use planish_geometry::weld::Welding;
+use std::path::Path;
 
 fn settings(layout: LayoutChoice, texel: TexelFormat) -> Settings {
     // How the heights came about does not matter here; these take no time.
@@ -27,10 +28,23 @@ fn off_by(read: &Read, model: &Model, heights: &[f64]) -> f64 {
 }
 
 #[test]
-fn a_texel_for_each_vertex_is_exact_on_every_mesh() {
-    let mut meshes = meshes_in(&root().join("data"));
-    meshes.extend(shared_data().map(|folder| meshes_in(&folder)).unwrap_or_default());
-    for path in meshes.iter().filter(|path| !path.to_string_lossy().contains("clean")) {
+fn a_texel_for_each_vertex_is_exact_on_own_meshes() {
+    a_texel_for_each_vertex_is_exact(&root().join("data"));
+}
+
+#[test]
+#[ignore = "needs PLANISH_MESHES"]
+fn a_texel_for_each_vertex_is_exact_on_external_meshes() {
+    a_texel_for_each_vertex_is_exact(&meshes_from_outside());
+}
+
+/// Asserts it for every mesh of a folder that is not clean.
+#[track_caller]
+fn a_texel_for_each_vertex_is_exact(folder: &Path) {
+    let meshes = meshes_in(folder);
+    let noisy: Vec<_> = meshes.iter().filter(|path| !path.to_string_lossy().contains("clean")).collect();
+    assert!(!noisy.is_empty(), "{} has no meshes", folder.display());
+    for path in noisy {
         let model = model(std::fs::read(path).unwrap(), Welding::Exact);
         for texel in [TexelFormat::Png8, TexelFormat::Png16, TexelFormat::Exr32] {
             let settings = settings(LayoutChoice::Vertex, texel);
@@ -59,8 +73,9 @@ fn a_texel_for_each_vertex_is_exact_on_every_mesh() {
 }
 
 #[test]
+#[ignore = "needs PLANISH_MESHES"]
 fn the_texture_coordinates_of_spot_hold_all_its_heights() {
-    let Some(folder) = shared_data() else { return };
+    let folder = meshes_from_outside();
     let model = model(std::fs::read(folder.join("spot_n0.2_noisy.obj")).unwrap(), Welding::Exact);
     for side in [512, 1024, 2048] {
         let settings = Settings { side: Some(side), ..settings(LayoutChoice::Uv, TexelFormat::Png16) };
@@ -83,8 +98,9 @@ fn the_texture_coordinates_of_spot_hold_all_its_heights() {
 }
 
 #[test]
+#[ignore = "needs PLANISH_MESHES"]
 fn layouts_that_cannot_hold_the_heights_are_left_and_named() {
-    let Some(folder) = shared_data() else { return };
+    let folder = meshes_from_outside();
     for (name, word) in [("boat_n0.2_noisy.obj", "outside [0, 1]"), ("scans/leeperrysmith.obj", "share texels")] {
         let model = model(std::fs::read(folder.join(name)).unwrap(), Welding::Exact);
         let automatic = settings(LayoutChoice::Auto, TexelFormat::Png16);

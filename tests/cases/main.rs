@@ -1,9 +1,13 @@
-//! Laws that hold across modules, frozen references, and other people's meshes.
+//! Laws that hold across modules, frozen references, documents, and other people's meshes.
 
 #[cfg(test)]
 mod data;
 #[cfg(test)]
+mod documents;
+#[cfg(test)]
 mod equivalent;
+#[cfg(test)]
+mod external_meshes;
 #[cfg(test)]
 mod layouts;
 #[cfg(test)]
@@ -14,8 +18,6 @@ mod properties;
 mod reference;
 #[cfg(test)]
 mod same_bundle;
-#[cfg(test)]
-mod shared;
 #[cfg(test)]
 mod support;
 #[cfg(test)]

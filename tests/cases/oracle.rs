@@ -1,7 +1,7 @@
 //! tobj as a second opinion, on files that it reads correctly: without forward references, continuations, inline
 //! comments, weights, elements other than faces, or corners that lack what their neighbours have.
 
-use crate::support::{meshes_in, root, shared_data};
+use crate::support::{meshes_from_outside, meshes_in, root};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use planish_geometry::obj::Obj;
 use std::path::Path;
@@ -55,8 +55,11 @@ fn agree(ours: &[Vec<Place<DVec3, DVec2>>], theirs: &[Vec<Place<Vec3, Vec2>>]) -
     ours.len() == theirs.len() && ours.iter().zip(theirs).all(|(a, b)| same_face(a, b))
 }
 
+#[track_caller]
 fn read_alike(folder: &Path) {
-    for path in meshes_in(folder) {
+    let meshes = meshes_in(folder);
+    assert!(!meshes.is_empty(), "{} has no meshes", folder.display());
+    for path in meshes {
         let bytes = std::fs::read(&path).unwrap();
         let theirs = by_tobj(&bytes);
         let obj = Obj::parse(bytes).unwrap();
@@ -66,7 +69,6 @@ fn read_alike(folder: &Path) {
 
 #[test]
 fn references_read_alike() {
-    assert!(!meshes_in(&root().join("tests/reference")).is_empty());
     read_alike(&root().join("tests/reference"));
 }
 
@@ -76,11 +78,11 @@ fn own_meshes_read_alike() {
 }
 
 #[test]
-fn shared_meshes_read_alike() {
-    if let Some(folder) = shared_data() {
-        read_alike(&folder);
-        read_alike(&folder.join("scans"));
-    }
+#[ignore = "needs PLANISH_MESHES"]
+fn external_meshes_read_alike() {
+    let folder = meshes_from_outside();
+    read_alike(&folder);
+    read_alike(&folder.join("scans"));
 }
 
 #[test]

@@ -62,7 +62,7 @@ fn one_mesh_becomes_the_same_files_whoever_bakes_it() {
     let mesh = scan(folder.path());
     let out = folder.path().join("scan-planish");
     let line = ["planish", "bake", "--quiet", "-o"].map(Into::into);
-    planish_bake::run(line.into_iter().chain([out.clone().into(), mesh.clone().into()]));
+    planish::run(line.into_iter().chain([out.clone().into(), mesh.clone().into()]));
     let mut written: Vec<_> =
         std::fs::read_dir(&out).unwrap().map(|f| f.unwrap().file_name().into_string().unwrap()).collect();
     written.sort();

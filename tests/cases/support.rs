@@ -57,14 +57,13 @@ pub(crate) fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Meshes beside the repository that are not part of it; none, and a note, where they are absent.
-pub(crate) fn shared_data() -> Option<PathBuf> {
-    let folder = root().join("../shared/data");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    println!("skipped: there is no folder {}", folder.display());
-    None
+/// The folder of meshes that are not part of the repository, from the environment variable `PLANISH_MESHES`. Tests that
+/// need it are ignored, and `tests/run` runs them where the variable is set.
+pub(crate) fn meshes_from_outside() -> PathBuf {
+    let folder = std::env::var_os("PLANISH_MESHES").map(PathBuf::from);
+    let folder = folder.expect("PLANISH_MESHES names a folder of meshes");
+    assert!(folder.is_dir(), "PLANISH_MESHES: there is no folder {}", folder.display());
+    folder
 }
 
 pub(crate) fn bake(model: &Model, settings: &Settings) -> Bundle {

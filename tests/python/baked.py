@@ -11,10 +11,10 @@ import OpenEXR
 from PIL import Image
 
 import obj
-from conftest import REPO, SHARED
+from conftest import REPO, external
 
 DUCK = REPO / "data" / "duck_noisy.obj"
-SPOT = SHARED / "data" / "spot_n0.2_noisy.obj"
+SPOT = external("spot_n0.2_noisy.obj")
 
 
 @dataclass

@@ -10,8 +10,15 @@ import pytest
 
 REPO = Path(__file__).resolve().parents[2]
 REFERENCE = REPO / "tests" / "reference"
-# Meshes that are not ours to publish; whoever has them beside the repository gets more tests.
-SHARED = REPO.parent / "shared"
+# Meshes that are not ours to publish; whoever has them gets more tests. Without them, those tests are skipped.
+MESHES = Path(os.environ["PLANISH_MESHES"]).resolve() if os.environ.get("PLANISH_MESHES") else None
+NO_MESHES = "PLANISH_MESHES names no folder of meshes"
+
+
+def external(name):
+    """The path of an external mesh, or of a file beside their folder; none where it is absent."""
+    folders = [] if MESHES is None else [MESHES, MESHES.parent]
+    return next((folder / name for folder in folders if (folder / name).is_file()), None)
 
 
 def binary(name, variable):
@@ -49,8 +56,8 @@ def baked(planish, tmp_path_factory):
     def make(mesh, uvs, *options):
         key = (mesh, uvs, options)
         if key not in done:
-            if not mesh.is_file():
-                pytest.skip(f"no {mesh.name}")
+            if mesh is None:
+                pytest.skip(NO_MESHES)
             folder = tmp_path_factory.mktemp(mesh.stem)
             done[key] = bake(planish, mesh if uvs == "uvs" else without_uvs(mesh, folder), folder / "out", *options)
         return done[key]
@@ -61,7 +68,7 @@ def baked(planish, tmp_path_factory):
 def parameters(paths, missing=""):
     """One parameter per path; where there are none, a single one that is skipped and says what is missing."""
     named = [pytest.param(path, id=path.name.split(".obj")[0]) for path in paths]
-    return named or [pytest.param(None, id="shared", marks=pytest.mark.skip(reason=missing))]
+    return named or [pytest.param(None, id="external", marks=pytest.mark.skip(reason=missing))]
 
 
 def unpacked(path, folder):

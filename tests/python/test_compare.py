@@ -1,4 +1,4 @@
-"""`planish compare --json` against the independent metrics.py that lies beside the repository, where it does."""
+"""`planish compare --json` against an independent metrics.py, where `PLANISH_MESHES` names a folder that has it."""
 
 import csv
 import importlib.util
@@ -8,7 +8,7 @@ import subprocess
 
 import pytest
 
-from conftest import SHARED, unpacked
+from conftest import MESHES, NO_MESHES, external, unpacked
 
 # Otherwise "every key that both have" could be none.
 NEEDED = {"Ea_deg", "Ea_area_deg", "off15_pct", "d_mean_el", "d_max_el", "vtx_mean_el", "flipped"}
@@ -16,9 +16,11 @@ NEEDED = {"Ea_deg", "Ea_area_deg", "off15_pct", "d_mean_el", "d_max_el", "vtx_me
 
 def pairs():
     """Clean and noisy file of every line of the manifests that has both."""
-    for folder in (SHARED / "data", SHARED / "data" / "scans"):
+    if external("metrics.py") is None:
+        return
+    for folder in (MESHES, MESHES / "scans"):
         manifest = folder / "MANIFEST.tsv"
-        if not (SHARED / "metrics.py").is_file() or not manifest.is_file():
+        if not manifest.is_file():
             continue
         with open(manifest, encoding="utf-8", newline="") as lines:
             for row in csv.DictReader(lines, delimiter="\t", quoting=csv.QUOTE_NONE):
@@ -27,13 +29,13 @@ def pairs():
                     yield pytest.param(clean, noisy, id=row["name"])
 
 
-NONE = pytest.param(None, None, id="shared", marks=pytest.mark.skip(reason="no ../shared/metrics.py"))
+NONE = pytest.param(None, None, id="external", marks=pytest.mark.skip(reason=NO_MESHES))
 PAIRS = list(pairs()) or [NONE]
 
 
 @pytest.fixture(scope="module")
 def metrics():
-    spec = importlib.util.spec_from_file_location("metrics", SHARED / "metrics.py")
+    spec = importlib.util.spec_from_file_location("metrics", external("metrics.py"))
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     # It rounds to five decimals at the very end, which would hide what is smaller.

@@ -8,15 +8,15 @@ from scipy.sparse import coo_matrix, diags
 
 import obj
 from bounds import EPS, REL
-from conftest import REPO, SHARED, parameters, reference_meshes, unpacked
+from conftest import MESHES, NO_MESHES, REPO, parameters, reference_meshes, unpacked
 from polygons import tidied, welded
 
 ITERATIONS, STEP = 10, 0.5
 OPTIONS = ["--method", "laplacian", "--iterations", str(ITERATIONS), "--step", str(STEP)]
 
 OURS = [*reference_meshes(), *sorted((REPO / "data").glob("*.obj"))]
-THEIRS = sorted(path for suffix in ("*.obj", "*.obj.xz") for path in (SHARED / "data").rglob(suffix))
-MESHES = [*parameters(OURS), *parameters(THEIRS, "no ../shared/data")]
+THEIRS = sorted(path for suffix in ("*.obj", "*.obj.xz") for path in MESHES.rglob(suffix)) if MESHES else []
+MESHES = [*parameters(OURS), *parameters(THEIRS, NO_MESHES)]
 
 
 def smoothed(positions, polygons):

@@ -11,7 +11,7 @@ import pytest
 
 import obj
 from bounds import EXACT, differences, tolerances
-from conftest import SHARED, parameters, reference_meshes
+from conftest import NO_MESHES, external, parameters, reference_meshes
 from peers import PEERS
 from polygons import tidied
 
@@ -27,10 +27,10 @@ REAL = [
     "scans/leeperrysmith.obj",
     "scans/esp32cam_meshroom.obj",
 ]
-SHARED_MESHES = [path for name in REAL if (path := SHARED / "data" / name).is_file()]
+EXTERNAL_MESHES = [path for name in REAL if (path := external(name))]
 MESHES = [
     *parameters(reference_meshes()),
-    *parameters(SHARED_MESHES, "no ../shared/data"),
+    *parameters(EXTERNAL_MESHES, NO_MESHES),
 ]
 
 

@@ -1,4 +1,5 @@
-"""Methods against the figures that other programs reached with the same parameters, where ../shared has them."""
+"""Methods against the figures that other programs reached with the same parameters, where `PLANISH_MESHES` names a folder that
+has a table of them."""
 
 import csv
 import json
@@ -6,7 +7,7 @@ import subprocess
 
 import pytest
 
-from conftest import SHARED
+from conftest import NO_MESHES, external
 
 # Column of the manifest, the options that mean the same, and the pairs they are run on; all of them where it is None.
 SMALL = {"fandisk0.3", "spot_n0.2", "kinect_pyramid"}
@@ -23,8 +24,8 @@ METHODS = {
 
 def cases():
     """Clean file, noisy file, options and Ea in degrees of every figure there is."""
-    manifest = SHARED / "data" / "MANIFEST.tsv"
-    if not manifest.is_file():
+    manifest = external("MANIFEST.tsv")
+    if manifest is None:
         return
     with open(manifest, encoding="utf-8", newline="") as lines:
         for row in csv.DictReader(lines, delimiter="\t", quoting=csv.QUOTE_NONE):
@@ -35,7 +36,7 @@ def cases():
                     yield pytest.param(*files, options, float(row[column]), id=f"{row['name']}-{column}")
 
 
-NONE = pytest.param(None, None, None, None, id="shared", marks=pytest.mark.skip(reason="no ../shared/data"))
+NONE = pytest.param(None, None, None, None, id="external", marks=pytest.mark.skip(reason=NO_MESHES))
 
 
 @pytest.mark.parametrize(("clean", "noisy", "options", "reference"), list(cases()) or [NONE])

@@ -239,6 +239,9 @@ pub(crate) struct BenchQualityArgs {
     /// A setting as it stands in manifests, for the methods that have it
     #[arg(long, value_name = "NAME=VALUE", value_delimiter = ',', value_parser = setting)]
     pub(crate) set: Vec<(String, serde_json::Value)>,
+    /// Denoise the clean meshes too, and report by how many degrees that rotates their faces
+    #[arg(long)]
+    pub(crate) harm: bool,
     /// Write one row for each pair and method, with all that is measured; `-` for stdout
     #[arg(long, value_name = "FILE|-")]
     pub(crate) csv: Option<PathBuf>,

@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    planish_bake::run(std::env::args_os())
+    planish::run(std::env::args_os())
 }

@@ -2,6 +2,10 @@
 //!
 //! Only with the feature `unwrap`. Charts are cut and flattened once; then they are packed for maps of any size, with
 //! a gutter in texels of that size.
+//!
+//! xatlas checks itself with C++ assertions, and a failed one ends the program. This repository switches them off in
+//! `.cargo/config.toml` (`CXXFLAGS=-DNDEBUG`). Cargo reads that file inside the repository only: set the same variable
+//! wherever else this feature is built.
 
 mod corners;
 mod xatlas;

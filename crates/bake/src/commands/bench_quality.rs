@@ -28,7 +28,7 @@ pub(crate) fn run(args: &BenchQualityArgs, console: &Console) -> Result<(), Fail
     let mut report = Report::new(&args.folder, denoisers);
     let complete = pairs.iter().enumerate().try_for_each(|(i, pair)| {
         let part = Part { console, first: i as f64 / pairs.len() as f64, size: 1.0 / pairs.len() as f64 };
-        measure(pair, &part, &mut report)
+        measure(pair, args.harm, &part, &mut report)
     });
     report.finish();
     // What was measured before an interruption is shown, but no file is left that looks complete.
@@ -77,21 +77,26 @@ fn denoisers(args: &BenchQualityArgs) -> Result<Vec<Denoiser>, Failure> {
     }
 }
 
-/// Runs every method over a pair. A mesh that cannot be used is put down in the report.
-fn measure(pair: &Pair, part: &Part<'_>, report: &mut Report) -> Result<(), Failure> {
+/// Runs every method over a pair, and with `harm` over its clean mesh as well. A mesh that cannot be used is put down in the
+/// report.
+fn measure(pair: &Pair, harm: bool, part: &Part<'_>, report: &mut Report) -> Result<(), Failure> {
     let broken = |method: Option<&Denoiser>, error: String| Broken {
         pair: pair.name.clone(),
         method: method.map(Denoiser::name),
         error,
     };
     let read = || -> Result<_, Failure> {
-        let clean = Triangles::from(&input::obj(&pair.clean)?);
+        let clean_model = if harm { Some(super::model(&pair.clean, Welding::Exact, part.console)?) } else { None };
+        let clean = match &clean_model {
+            Some(model) => Triangles::from(model.obj()),
+            None => Triangles::from(&input::obj(&pair.clean)?),
+        };
         let model = super::model(&pair.noisy, Welding::Exact, part.console)?;
         let noisy = Triangles::from(model.obj());
         let before = metrics::compare(&clean, &noisy).map_err(|e| Failure::at(&pair.noisy, e))?;
-        Ok((clean, model, noisy, before))
+        Ok((clean, clean_model, model, noisy, before))
     };
-    let (clean, model, noisy, before) = match read() {
+    let (clean, clean_model, model, noisy, before) = match read() {
         Ok(read) => read,
         Err(Failure::Interrupted) => return Err(Failure::Interrupted),
         Err(failure) => {
@@ -102,16 +107,27 @@ fn measure(pair: &Pair, part: &Part<'_>, report: &mut Report) -> Result<(), Fail
     report.pairs.push(Measured::new(pair, &before));
     for (k, denoiser) in report.methods.iter().enumerate() {
         let share = part.size / report.methods.len() as f64;
-        let part = Part { console: part.console, first: part.first + k as f64 * share, size: share };
+        let runs = if harm { 2.0 } else { 1.0 };
+        let part = Part { console: part.console, first: part.first + k as f64 * share, size: share / runs };
         let (places, seconds) = timed(denoiser, &model, &part)?;
         if let Some(v) = places.iter().position(|p| !p.is_finite()) {
             report.broken.push(broken(Some(denoiser), format!("vertex {} went to infinity", v + 1)));
             continue;
         }
+        let kept = match &clean_model {
+            Some(model) => {
+                let part = Part { first: part.first + part.size, ..part };
+                Some(timed(denoiser, model, &part)?.0)
+            }
+            None => None,
+        };
         part.console.stage("comparing");
-        match metrics::compare(&clean, &noisy.at(places)) {
-            Ok(found) => report.rows.push(Row::new(pair, denoiser, &before, found, seconds)),
-            Err(e) => report.broken.push(broken(Some(denoiser), e.to_string())),
+        let harm = kept.map(|kept| metrics::compare(&clean, &clean.clone().at(kept)).map(|found| found.ea)).transpose();
+        match (metrics::compare(&clean, &noisy.at(places)), harm) {
+            (Ok(found), Ok(harm)) => {
+                report.rows.push(Row::new(pair, denoiser, &before, found, seconds).with_harm(harm));
+            }
+            (Err(e), _) | (_, Err(e)) => report.broken.push(broken(Some(denoiser), e.to_string())),
         }
     }
     Ok(())

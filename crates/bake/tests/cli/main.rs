@@ -14,6 +14,7 @@ mod help;
 mod limits;
 mod mesh;
 mod methods;
+mod page;
 mod quality;
 mod reference;
 mod report;

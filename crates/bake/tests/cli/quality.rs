@@ -144,6 +144,23 @@ fn bench_quality_measures_what_denoise_and_compare_do() {
 }
 
 #[test]
+fn bench_quality_measures_harm_to_clean_meshes_where_it_is_asked() {
+    let folder = pairs();
+    let line = "bench-quality pairs --methods laplacian,auto";
+    let json = folder.succeeds_with_json(&format!("{line} --harm"));
+    for row in json["rows"].as_array().unwrap() {
+        let [pair, method] = ["pair", "method"].map(|field| row[field].as_str().unwrap());
+        folder.succeeds(&format!("denoise pairs/{pair}_clean.obj -o out.obj --method {method}"));
+        let compared = folder.succeeds_with_json(&format!("compare pairs/{pair}_clean.obj out.obj"));
+        assert_eq!(row["Ea_harm_deg"], compared["results"][0]["Ea_deg"], "{pair} {method}");
+    }
+    assert!(json["rows"][0]["Ea_harm_deg"].as_f64() > Some(0.0), "smoothing rotates the faces of a sphere");
+    assert!(json["rows"][1]["Ea_harm_deg"].as_f64() < Some(0.1), "auto leaves clean meshes alone");
+    assert!(folder.succeeds(&format!("{line} --harm")).out.contains("on the clean mesh"));
+    assert!(folder.succeeds_with_json(line)["rows"][0].get("Ea_harm_deg").is_none());
+}
+
+#[test]
 fn bench_quality_holds_methods_against_the_manifest() {
     let folder = pairs();
     let manifest = "name\tclean\tnoisy\tEa_noisy\tEa_lap_it3\tEa_bnf\tEa_PUB\n\

@@ -49,6 +49,9 @@ pub(super) struct Row {
     seconds: f64,
     #[serde(flatten)]
     ratios: Ratios,
+    /// Mean angle by which the method rotates the faces of the clean mesh, in degrees; `None` where nobody asked.
+    #[serde(rename = "Ea_harm_deg", skip_serializing_if = "Option::is_none")]
+    harm: Option<f64>,
     #[serde(flatten)]
     comparison: Comparison,
 }
@@ -106,7 +109,12 @@ impl Row {
             best: pair.best().and_then(|(_, ea)| over(ea)),
             reference: pair.reference(denoiser).and_then(over),
         };
-        Self { pair: pair.name.clone(), method: denoiser.name(), seconds, ratios, comparison: found }
+        Self { pair: pair.name.clone(), method: denoiser.name(), seconds, ratios, harm: None, comparison: found }
+    }
+
+    /// The row with the mean angle by which the method rotates the faces of the clean mesh, in degrees.
+    pub(super) fn with_harm(self, harm: Option<f64>) -> Self {
+        Self { harm, ..self }
     }
 }
 
@@ -178,6 +186,9 @@ impl Report {
                 let Row { method, seconds, ratios, comparison: c, .. } = row;
                 let [ea, d] = [format!("{:.3}", c.ea), format!("{:.4}", c.d_mean)];
                 line(&mut out, method, &ea, ratios, &d, c.flipped, *seconds);
+                if let Some(harm) = row.harm {
+                    let _ = writeln!(out, "  {:17} {harm:8.3} on the clean mesh", "");
+                }
             }
         }
         if self.pairs.len() > 1 {
