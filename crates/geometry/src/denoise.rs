@@ -5,6 +5,7 @@ pub mod auto;
 mod bilateral;
 mod bilateral_normals;
 mod conjugate_gradients;
+mod connectivity;
 mod denoising;
 mod faces;
 mod guided_normals;

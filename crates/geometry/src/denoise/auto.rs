@@ -18,7 +18,8 @@ mod trial;
 
 pub use candidates::Candidate;
 
-use super::map::{Net, Run};
+use super::connectivity::Connectivity;
+use super::map::Run;
 use super::noise_level::{self, Kind, Look, NoiseLevel};
 use super::umbrella::Freedom;
 use super::{Boundary, Motion};
@@ -129,7 +130,7 @@ const MUCH: f64 = 0.4;
 /// δ of what has the least risk (#V×3, model units), and what that is; in the free form, see [`Denoiser::run`](super::Denoiser::run).
 pub fn choose(surface: &Surface, settings: &Auto, progress: &dyn Progress) -> Result<(Vec<DVec3>, Choice), Cancelled> {
     progress.check()?;
-    let net = Net::of(surface);
+    let net = Connectivity::of(surface);
     let look = Look::at(surface, &net, progress)?;
     let kind = settings.kind.unwrap_or_else(|| match settings.noise {
         Some(sigma) if look.level.kind() == Kind::None && sigma > 0.0 => Kind::Independent,
@@ -326,7 +327,7 @@ mod tests {
     #[test]
     fn patches_give_about_the_shares_of_the_whole() {
         let noisy = noisy(&shapes::sphere(4), 0.2);
-        let net = Net::of(&noisy);
+        let net = Connectivity::of(&noisy);
         let look = Look::at(&noisy, &net, &Silent).unwrap();
         let sizes = patches::Sizes { whole: 0, patches: 3, patch: 600, margin: 4 };
         let part = patches::part(&noisy, &net, sizes).unwrap();
@@ -334,7 +335,7 @@ mod tests {
         assert!(judged == 1800 && part.net.faces.len() < noisy.triangles().len(), "{judged}");
         let freedom = Freedom::default();
         let candidates = &Candidate::ALL[4..];
-        let mean = |net: &Net, input: &[DVec3], judged: &[bool]| {
+        let mean = |net: &Connectivity, input: &[DVec3], judged: &[bool]| {
             let run = Run::of(net, &freedom, look.level.sigma_as(look.level.kind()), look.mean_edge);
             let trial = Trial { run, input, smoothing: look.smoothing, judged };
             let shares = trial.judged(candidates, &Silent).unwrap().0;

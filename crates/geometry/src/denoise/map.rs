@@ -18,11 +18,13 @@
 
 mod estimate;
 mod prior;
+mod symmetric;
 mod system;
 
-pub(super) use estimate::{Net, Run};
+pub(super) use estimate::Run;
 pub(super) use prior::Linear;
 
+use super::connectivity::Connectivity;
 use super::noise_level::{self, Look};
 use super::umbrella::Freedom;
 use super::{Boundary, Motion};
@@ -102,7 +104,7 @@ impl Default for Map {
 /// δ of the estimate. #V×3, model units.
 pub(super) fn deltas(surface: &Surface, settings: &Map, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
     progress.check()?;
-    let net = Net::of(surface);
+    let net = Connectivity::of(surface);
     let look = Look::at(surface, &net, progress)?;
     let kind = look.level.kind();
     let sigma = settings.noise.unwrap_or_else(|| look.level.sigma_as(kind));

@@ -5,7 +5,7 @@
 //! surface has creases. Coarser bands, between two smoothings of different strength, say more than that only where the
 //! noise of neighbours is alike or where the surface itself has detail.
 
-use super::map::Net;
+use super::connectivity::Connectivity;
 use super::umbrella::Freedom;
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
@@ -50,7 +50,7 @@ pub(super) struct Look {
 }
 
 impl Look {
-    pub(super) fn at(surface: &Surface, net: &Net, progress: &dyn Progress) -> Result<Self, Cancelled> {
+    pub(super) fn at(surface: &Surface, net: &Connectivity, progress: &dyn Progress) -> Result<Self, Cancelled> {
         let free = Freedom::default();
         let input = surface.positions();
         let smooth = |mu: f64| -> Result<(f64, Vec<DVec3>), Cancelled> {
@@ -175,7 +175,7 @@ struct Finest {
 }
 
 impl Finest {
-    fn of(net: &Net) -> Self {
+    fn of(net: &Connectivity) -> Self {
         let rim = &net.umbrella.rim;
         let gain = |v: Index| {
             let row = net.umbrella.row(v);
@@ -194,7 +194,7 @@ impl Finest {
     }
 
     /// n · U U x over its gain, model units.
-    fn along(&self, net: &Net, x: &[DVec3], normals: &[DVec3]) -> Vec<f64> {
+    fn along(&self, net: &Connectivity, x: &[DVec3], normals: &[DVec3]) -> Vec<f64> {
         let once: Vec<DVec3> = (0..x.len()).into_par_iter().map(|v| net.umbrella.at(x, v)).collect();
         let one = |&(v, gain): &(Index, f64)| {
             let v = v as usize;
@@ -204,7 +204,7 @@ impl Finest {
     }
 
     /// |U U x| across n over its gain, model units.
-    fn across(&self, net: &Net, x: &[DVec3], normals: &[DVec3]) -> Vec<f64> {
+    fn across(&self, net: &Connectivity, x: &[DVec3], normals: &[DVec3]) -> Vec<f64> {
         let once: Vec<DVec3> = (0..x.len()).into_par_iter().map(|v| net.umbrella.at(x, v)).collect();
         let one = |&(v, gain): &(Index, f64)| {
             let v = v as usize;
@@ -225,7 +225,7 @@ impl Finest {
     }
 
     /// The same where heights are white noise.
-    fn agreement_of_noise(&self, surface: &Surface, net: &Net) -> f64 {
+    fn agreement_of_noise(&self, surface: &Surface, net: &Connectivity) -> f64 {
         let count = surface.positions().len();
         let heights = self.along(net, &gaussians(count, 5), &vec![DVec3::X; count]);
         self.agreement(surface, &heights)
@@ -266,7 +266,7 @@ fn lopsided(mut heights: Vec<f64>) -> f64 {
 }
 
 /// Deviation from the band between smoothings with μ = ½ and 4, against that of white noise of deviation 1.
-fn coarse(net: &Net, x: &[DVec3], normals: &[DVec3], progress: &dyn Progress) -> Result<f64, Cancelled> {
+fn coarse(net: &Connectivity, x: &[DVec3], normals: &[DVec3], progress: &dyn Progress) -> Result<f64, Cancelled> {
     let free = Freedom::default();
     let band = |x: &[DVec3]| -> Result<Vec<DVec3>, Cancelled> {
         let fine = net.umbrella.smoothed(x, 0.5, &free, progress)?;

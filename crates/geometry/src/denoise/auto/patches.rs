@@ -1,6 +1,6 @@
 //! A part of a large mesh on which candidates are tried.
 
-use super::super::map::Net;
+use crate::denoise::connectivity::Connectivity;
 use crate::ragged::Index;
 use crate::surface::Surface;
 use crate::topology::Topology;
@@ -27,7 +27,7 @@ impl Default for Sizes {
 /// Patches of a surface.
 pub(super) struct Part {
     pub(super) surface: Surface,
-    pub(super) net: Net,
+    pub(super) net: Connectivity,
     /// The vertex of the whole surface that each of the part's is.
     pub(super) vertices: Vec<Index>,
     /// Which triangles are judged.
@@ -35,7 +35,7 @@ pub(super) struct Part {
 }
 
 /// Patches spread over the triangles; none for a mesh that is small enough to be tried as a whole.
-pub(super) fn part(surface: &Surface, net: &Net, sizes: Sizes) -> Option<Part> {
+pub(super) fn part(surface: &Surface, net: &Connectivity, sizes: Sizes) -> Option<Part> {
     let count = net.faces.len();
     if count <= sizes.whole {
         return None;
@@ -61,12 +61,12 @@ pub(super) fn part(surface: &Surface, net: &Net, sizes: Sizes) -> Option<Part> {
     let faces = kept().map(|((t, _), _)| t.map(|v| place[v as usize]).to_vec()).collect();
     let positions = vertices.iter().map(|&v| surface.positions()[v as usize]).collect();
     let part = Surface::new(Topology::new(vertices.len(), faces), positions);
-    let net = Net::of(&part);
+    let net = Connectivity::of(&part);
     Some(Part { judged: kept().map(|(_, judged)| *judged).collect(), surface: part, net, vertices })
 }
 
 /// Patches that grow from their seeds over edges until they have their size or meet each other.
-fn grown(net: &Net, seeds: impl Iterator<Item = usize>, size: usize) -> Vec<bool> {
+fn grown(net: &Connectivity, seeds: impl Iterator<Item = usize>, size: usize) -> Vec<bool> {
     let mut taken = vec![false; net.faces.len()];
     for seed in seeds {
         let mut queue = Vec::from_iter((!taken[seed]).then_some(seed));

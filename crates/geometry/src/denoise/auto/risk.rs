@@ -11,7 +11,8 @@
 //! A face is averaged a little with those beside it: its noise is many times what results differ by and alternates from face
 //! to face, so that the risk is known better, and what results leave of the noise or take of the shape is seen as well.
 
-use crate::denoise::map::{Linear, Net};
+use crate::denoise::connectivity::Connectivity;
+use crate::denoise::map::Linear;
 use glam::DVec3;
 use std::ops::{Add, Div, Mul};
 
@@ -25,7 +26,7 @@ pub(super) struct Seen {
 
 /// What is the same for all results.
 pub(super) struct Judge<'a> {
-    pub(super) net: &'a Net,
+    pub(super) net: &'a Connectivity,
     /// A, at the mean of the results.
     pub(super) linear: Linear,
     /// 2σ², square model units.

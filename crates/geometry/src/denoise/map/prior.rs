@@ -1,8 +1,8 @@
 //! Normals as a linear function of the positions, and the weights of the edges between them.
 
 use super::Prior;
-use super::estimate::Net;
-use super::system::Symmetric;
+use super::symmetric::Symmetric;
+use crate::denoise::connectivity::Connectivity;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -22,7 +22,7 @@ pub(in crate::denoise) struct Linear {
 
 impl Linear {
     /// `steepest` bounds |gₖ|, so that slivers have no more weight than they deserve.
-    pub(in crate::denoise) fn measure(&mut self, net: &Net, positions: &[DVec3], steepest: f64) {
+    pub(in crate::denoise) fn measure(&mut self, net: &Connectivity, positions: &[DVec3], steepest: f64) {
         let count = net.faces.len();
         self.normals.resize(count, DVec3::ZERO);
         self.gradients.resize(count, [DVec3::ZERO; 3]);
@@ -42,7 +42,7 @@ impl Linear {
     }
 
     /// The change of each normal with the positions. #T×3
-    pub(in crate::denoise) fn change(&self, net: &Net, ways: &[DVec3], out: &mut [DVec3]) {
+    pub(in crate::denoise) fn change(&self, net: &Connectivity, ways: &[DVec3], out: &mut [DVec3]) {
         let slots = out.par_iter_mut().zip(&self.normals).zip(&self.gradients).zip(&net.faces.triangles);
         slots.with_min_len(RUN).for_each(|(((out, n), gradients), t)| {
             let turn = |k: usize| gradients[k] * n.dot(ways[t[k] as usize]);
@@ -92,21 +92,21 @@ impl Weighing {
     }
 }
 
-/// Sides of all faces, in the order of [`Net::sides`].
+/// Sides of all faces, in the order of [`Connectivity::sides`].
 pub(super) struct Sides {
     pub(super) all: Vec<Side>,
     centroids: Vec<DVec3>,
 }
 
 impl Sides {
-    pub(super) fn of(net: &Net) -> Self {
+    pub(super) fn of(net: &Connectivity) -> Self {
         let count = net.sides.items().len();
         Self { all: vec![Side::default(); count], centroids: vec![DVec3::ZERO; net.faces.len()] }
     }
 
     pub(super) fn weigh(
         &mut self,
-        net: &Net,
+        net: &Connectivity,
         linear: &Linear,
         positions: &[DVec3],
         shapes: &[Symmetric],

@@ -1,47 +1,18 @@
 //! The normal equations of one round, solved for positions and shape operators together by conjugate gradients.
 
 use super::Prior;
-use super::estimate::Net;
 use super::prior::{Linear, RUN, Sides};
+use super::symmetric::{HALF_ROOT, Symmetric};
+use crate::denoise::connectivity::Connectivity;
 use crate::denoise::umbrella::Freedom;
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// A symmetric matrix as (xx, yy, zz, √2 yz, √2 xz, √2 xy): the norm of these is that of the matrix.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Symmetric([f64; 6]);
-
-const HALF_ROOT: f64 = std::f64::consts::FRAC_1_SQRT_2;
-
-impl Symmetric {
-    pub(super) fn times(&self, d: DVec3) -> DVec3 {
-        let [xx, yy, zz, yz, xz, xy] = self.0;
-        let e = d * HALF_ROOT;
-        DVec3::new(xx * d.x + xy * e.y + xz * e.z, xy * e.x + yy * d.y + yz * e.z, xz * e.x + yz * e.y + zz * d.z)
-    }
-    fn zip(&self, other: &Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        Self(std::array::from_fn(|k| f(self.0[k], other.0[k])))
-    }
-    pub(super) fn plus(&self, other: &Self) -> Self {
-        self.zip(other, |a, b| a + b)
-    }
-    pub(super) fn minus(&self, other: &Self) -> Self {
-        self.zip(other, |a, b| a - b)
-    }
-    fn dot(&self, other: &Self) -> f64 {
-        let products = self.zip(other, |a, b| a * b).0;
-        products.iter().sum()
-    }
-    pub(super) fn squared(&self) -> f64 {
-        self.dot(self)
-    }
-}
-
 /// The equations, and the room that solving them takes.
 pub(super) struct System<'a> {
-    net: &'a Net,
+    net: &'a Connectivity,
     freedom: &'a Freedom,
     /// 1/σ²
     data: f64,
@@ -84,7 +55,7 @@ type DescendingRun<'a> = ((&'a mut [Row<Symmetric>], &'a [Symmetric]), &'a mut [
 const UNEVEN: f64 = 0.2;
 
 impl<'a> System<'a> {
-    pub(super) fn new(net: &'a Net, freedom: &'a Freedom, data: f64, prior: &Prior) -> Self {
+    pub(super) fn new(net: &'a Connectivity, freedom: &'a Freedom, data: f64, prior: &Prior) -> Self {
         let (vertices, faces) = (net.corners.len(), net.faces.len());
         Self {
             net,
