@@ -16,13 +16,13 @@
 //! reweighting: φ = (1 + |r|²/κ²)^−p), and solves for positions and shape operators together. κ falls from 0.4 to the
 //! threshold of the settings, so that strong creases form first (graduated non-convexity).
 
-mod estimate;
-mod prior;
+mod edge_weights;
+mod iterations;
+mod normal_equations;
 mod symmetric;
-mod system;
 
-pub(super) use estimate::Run;
-pub(super) use prior::Linear;
+pub(super) use iterations::Run;
+pub(super) use edge_weights::Linear;
 
 use super::connectivity::Connectivity;
 use super::noise_level::{self, Look};

@@ -1,9 +1,9 @@
 //! Rounds of linearising, reweighting and solving.
 
 use super::Prior;
-use super::prior::{Linear, Sides, Weighing};
+use super::edge_weights::{Linear, Sides, Weighing};
 use super::symmetric::Symmetric;
-use super::system::System;
+use super::normal_equations::System;
 use crate::denoise::connectivity::Connectivity;
 use crate::denoise::umbrella::Freedom;
 use crate::progress::{Cancelled, Progress};

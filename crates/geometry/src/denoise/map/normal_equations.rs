@@ -1,7 +1,7 @@
 //! The normal equations of one round, solved for positions and shape operators together by conjugate gradients.
 
 use super::Prior;
-use super::prior::{Linear, RUN, Sides};
+use super::edge_weights::{Linear, RUN, Sides};
 use super::symmetric::{HALF_ROOT, Symmetric};
 use crate::denoise::connectivity::Connectivity;
 use crate::denoise::umbrella::Freedom;
