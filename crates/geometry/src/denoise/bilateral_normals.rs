@@ -10,7 +10,7 @@
 //! the code that the figures in the literature come from.
 
 use super::Boundary;
-use super::conjugate_gradients::{Solve, by_rows, solve};
+use super::conjugate_gradients::{Stop, multiply, solve};
 use super::faces::{Faces, Shapes, filter};
 use super::vertex_update::{Updater, VertexUpdate};
 use crate::progress::{Cancelled, Progress};
@@ -168,9 +168,9 @@ fn global(
     let diagonal: Vec<f64> = (0..count).map(|f| (1.0 - smoothness) * squares(f) + smoothness).collect();
     let system = |x: &[DVec3], out: &mut [DVec3]| {
         let away = matrix.times(x);
-        by_rows(x, out, |f| (1.0 - smoothness) * transposed.row_times(f, &away) + smoothness * x[f])
+        multiply(x, out, |f| (1.0 - smoothness) * transposed.row_times(f, &away) + smoothness * x[f])
     };
     let right: Vec<DVec3> = normals.iter().map(|n| smoothness * *n).collect();
-    let solution = solve(system, &diagonal, &right, normals.to_vec(), Solve::default(), progress)?;
+    let solution = solve(system, &diagonal, &right, normals.to_vec(), Stop::default(), progress)?;
     Ok(solution.iter().zip(normals).map(|(x, n)| x.try_normalize().unwrap_or(*n)).collect())
 }

@@ -7,7 +7,7 @@
 //! minus it, so that L is the way to their mean; with cotangents M is a third of the area around in units of its mean,
 //! which makes the step one of mean curvature flow. What is solved for is x − p, so the origin does not matter.
 
-use super::conjugate_gradients::{Solve, by_rows, solve};
+use super::conjugate_gradients::{Stop, multiply, solve};
 use super::{Boundary, EdgeWeights};
 use crate::laplacian;
 use crate::progress::{Cancelled, Progress};
@@ -131,9 +131,9 @@ impl System {
     fn iterate(&self, right: &[DVec3], progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
         let own = |(v, row): (Index, &[(Index, f64)])| row.iter().find(|e| e.0 == v).map_or(1.0, |e| e.1);
         let diagonal: Vec<f64> = (0..).zip(self.matrix.rows()).map(own).collect();
-        let product = |x: &[DVec3], out: &mut [DVec3]| by_rows(x, out, |v| self.matrix.row_times(v, x));
+        let product = |x: &[DVec3], out: &mut [DVec3]| multiply(x, out, |v| self.matrix.row_times(v, x));
         let guess = vec![DVec3::ZERO; right.len()];
-        solve(product, &diagonal, right, guess, Solve { tolerance: 1e-12, ..Solve::default() }, progress)
+        solve(product, &diagonal, right, guess, Stop { tolerance: 1e-12, ..Stop::default() }, progress)
     }
 
     /// Cholesky factors; none where rounding has made the matrix indefinite, and then iterating does what can be done.

@@ -10,7 +10,7 @@
 //! published code averages the signed angles, which cancel, and so takes almost no λ.)
 
 use super::Boundary;
-use super::conjugate_gradients::{Solve, by_rows, solve};
+use super::conjugate_gradients::{Stop, multiply, solve};
 use super::faces::{Faces, Shapes};
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::{Index, Ragged};
@@ -93,8 +93,8 @@ pub(super) fn deltas(surface: &Surface, settings: &L0, progress: &dyn Progress) 
             .collect();
         matrix.assemble(&edges, alpha, beta);
         let system =
-            |x: &[DVec3], out: &mut [DVec3]| by_rows(x, out, |v| if fixed[v] { x[v] } else { matrix.times(v, x) });
-        let limits = Solve { tolerance: 1e-4, steps: 1000 };
+            |x: &[DVec3], out: &mut [DVec3]| multiply(x, out, |v| if fixed[v] { x[v] } else { matrix.times(v, x) });
+        let limits = Stop { tolerance: 1e-4, max_steps: 1000 };
         // What is missing for D = δ falls as 1 / β, so the next way goes on from the last two.
         let ahead =
             before.iter().zip(&way).map(|(before, way)| *way + (*way - *before) / settings.beta_growth).collect();

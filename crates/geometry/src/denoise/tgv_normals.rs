@@ -12,7 +12,7 @@
 //! angle of the input, so that more noise is given more smoothing. wₑ = exp(−|∇N|⁴) lets creases stand.
 
 use super::Boundary;
-use super::conjugate_gradients::{Solve, Solver, by_rows};
+use super::conjugate_gradients::{ConjugateGradients, Stop, multiply};
 use super::faces::{Faces, Shapes};
 use super::vertex_update::{Updater, VertexUpdate};
 use crate::progress::{Cancelled, Progress};
@@ -68,7 +68,7 @@ pub(super) fn deltas(
 const PENALTY: f64 = 2.0;
 
 /// Inner systems need not be solved to the end, since each round starts from the solution of the last.
-const INNER: Solve = Solve { tolerance: 1e-2, steps: 20 };
+const INNER: Stop = Stop { tolerance: 1e-2, max_steps: 20 };
 
 /// Items that a thread treats at least.
 const RUN: usize = 1024;
@@ -85,8 +85,8 @@ fn filtered(
     let (fidelity, penalty) = (settings.fidelity / bend, PENALTY / bend);
     let of_normals = operators.of_normals(fidelity / penalty);
     let of_field = operators.of_field();
-    let mut normals_solver = Solver::new(&of_normals.diagonal);
-    let mut field_solver = Solver::new(&of_field.diagonal);
+    let mut normals_solver = ConjugateGradients::new(&of_normals.diagonal);
+    let mut field_solver = ConjugateGradients::new(&of_field.diagonal);
     let mut normals = input.to_vec();
     // The same before they are made unit: the next solution is near to these.
     let mut free = input.to_vec();
@@ -101,7 +101,7 @@ fn filtered(
             let own = fidelity / penalty * areas[f] * input[f];
             [own + divergence[f].times(|e| v[e] + jumps[e].target()), of_normals.times(f, x)]
         };
-        let system = |x: &[DVec3], out: &mut [DVec3]| by_rows(x, out, |f| of_normals.times(f, x));
+        let system = |x: &[DVec3], out: &mut [DVec3]| multiply(x, out, |f| of_normals.times(f, x));
         normals_solver.solve(system, &mut free, sides, INNER, progress)?;
         let slots = normals.par_iter_mut().zip(&free).zip(input).with_min_len(RUN);
         slots.for_each(|((n, free), n0)| *n = free.try_normalize().unwrap_or(*n0));
@@ -114,7 +114,7 @@ fn filtered(
             let own = edge_lengths[e] * (gradient(e) - jumps[e].target());
             [own + at_edges[e].times(|l| bends[l].target()), of_field.times(e, x)]
         };
-        let system = |x: &[DVec3], out: &mut [DVec3]| by_rows(x, out, |e| of_field.times(e, x));
+        let system = |x: &[DVec3], out: &mut [DVec3]| multiply(x, out, |e| of_field.times(e, x));
         field_solver.solve(system, &mut v, sides, INNER, progress)?;
         jumps.par_iter_mut().enumerate().with_min_len(RUN).for_each(|(e, jump)| {
             let gradient = gradient(e);

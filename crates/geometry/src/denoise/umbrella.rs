@@ -4,7 +4,7 @@
 //! the row counts half; where those are not two, the row is zero and the vertex is held by its data alone.
 
 use super::Boundary;
-use super::conjugate_gradients::{RUN, Solve, by_rows, solve};
+use super::conjugate_gradients::{CHUNK, Stop, multiply, solve};
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
 use crate::sparse::Csr;
@@ -73,14 +73,14 @@ impl Umbrella {
     ) -> Result<Vec<DVec3>, Cancelled> {
         let mut bent = vec![DVec3::ZERO; x.len()];
         let mut product = |x: &[DVec3], out: &mut [DVec3], identity: f64| {
-            bent.par_iter_mut().enumerate().with_min_len(RUN).for_each(|(v, bent)| *bent = mu * self.at(x, v));
-            by_rows(x, out, |v| freedom.projected(v, identity * x[v] + self.transposed_at(&bent, v)))
+            bent.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(v, bent)| *bent = mu * self.at(x, v));
+            multiply(x, out, |v| freedom.projected(v, identity * x[v] + self.transposed_at(&bent, v)))
         };
         // The solution is found as a way from the input, which does not depend on where the origin is.
         let mut right = vec![DVec3::ZERO; x.len()];
         product(x, &mut right, 0.0);
         right.iter_mut().for_each(|r| *r = -*r);
-        let limits = Solve { tolerance: 1e-4, steps: 100 };
+        let limits = Stop { tolerance: 1e-4, max_steps: 100 };
         let guess = vec![DVec3::ZERO; x.len()];
         let ones = vec![1.0; x.len()];
         let way = solve(|w, out| product(w, out, 1.0), &ones, &right, guess, limits, progress)?;

@@ -4,7 +4,7 @@
 //! Σ_f Σ_{i∈f} (n_f · (c_f − xᵢ))², whose descent Sun et al. 2007 take steps of. With one unknown for each vertex,
 //! xᵢ = pᵢ − hᵢ dᵢ, the same system is solved in the space that the directions d span.
 
-use crate::denoise::conjugate_gradients::{Solve, by_rows, solve};
+use crate::denoise::conjugate_gradients::{Stop, multiply, solve};
 use crate::denoise::faces::Faces;
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
@@ -16,7 +16,7 @@ use rayon::prelude::*;
 pub(in crate::denoise) const HALVINGS: u8 = 4;
 
 /// Vertices move by much less than that of what is left when this is reached.
-const ENOUGH: Solve = Solve { tolerance: 1e-8, steps: 1000 };
+const ENOUGH: Stop = Stop { tolerance: 1e-8, max_steps: 1000 };
 
 /// What is fitted.
 pub(in crate::denoise) struct System<'a> {
@@ -71,7 +71,7 @@ impl System<'_> {
         let diagonal: Vec<f64> = indices().map(stiffness).collect();
         let system = |x: &[DVec3], out: &mut [DVec3]| {
             measure(x, &mut means);
-            by_rows(x, out, |v| {
+            multiply(x, out, |v| {
                 let sum = around(v).fold(w * x[v], |sum, f| {
                     let n = self.normals[f];
                     sum + n * (n.dot(x[v]) - means[f])
