@@ -2,6 +2,7 @@
 
 mod along;
 pub mod auto;
+mod bilaplacian;
 mod bilateral;
 mod bilateral_normals;
 mod conjugate_gradients;
@@ -19,7 +20,6 @@ mod noise_level;
 mod sun;
 mod taubin;
 mod tgv_normals;
-mod umbrella;
 mod vertex_update;
 
 pub use along::{Along, Loss};
@@ -138,7 +138,7 @@ impl Denoiser {
         &self,
         surface: &Surface,
         progress: &dyn Progress,
-    ) -> Result<(Vec<DVec3>, Option<auto::Choice>), Cancelled> {
+    ) -> Result<(Vec<DVec3>, Option<auto::DenoiseChoice>), Cancelled> {
         if self.motion() == Some(Motion::AlongNormal) {
             let (free, choice) = self.freed().run(surface, progress)?;
             return Ok((Along::best(surface, &free, progress)?.0.deltas(), choice));

@@ -40,7 +40,7 @@ pub struct Manifest {
     pub method: Method,
     /// What the method `auto` measured and chose; none with other methods.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub choice: Option<auto::Choice>,
+    pub choice: Option<auto::DenoiseChoice>,
     /// Which `v` lines count as one vertex.
     pub welding: Welding,
     /// Where the normals that the map displaces along come from.

@@ -153,7 +153,7 @@ fn main() -> Result<(), Failure> {
                     "  {candidate:15} {:6.3} rms {:6.3} behind {:>8} share {:>5} d {:.4} flipped {}",
                     alone.ea,
                     alone.ea_rms,
-                    optional(found.and_then(|share| share.behind)),
+                    optional(found.and_then(|share| share.risk_gap)),
                     optional(found.map(|share| share.share)),
                     alone.d_mean,
                     alone.flipped

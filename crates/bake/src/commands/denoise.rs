@@ -20,7 +20,7 @@ struct Denoised {
     method: Denoising,
     /// What the method `auto` measured and chose.
     #[serde(skip_serializing_if = "Option::is_none")]
-    choice: Option<auto::Choice>,
+    choice: Option<auto::DenoiseChoice>,
     vertices: usize,
     faces: usize,
     mean_edge: f64,

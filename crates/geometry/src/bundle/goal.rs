@@ -60,7 +60,7 @@ pub struct Ways {
     /// What limits did; none without any.
     pub limits: Option<Outcome>,
     /// What the method chose.
-    pub choice: Option<auto::Choice>,
+    pub choice: Option<auto::DenoiseChoice>,
 }
 
 impl Goal {

@@ -49,7 +49,7 @@ pub struct Moved {
     /// What limits did; none without any.
     pub limits: Option<Outcome>,
     /// What the method chose; none by methods that choose nothing.
-    pub choice: Option<auto::Choice>,
+    pub choice: Option<auto::DenoiseChoice>,
 }
 
 impl Denoising {

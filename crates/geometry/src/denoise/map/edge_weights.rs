@@ -1,69 +1,26 @@
-//! Normals as a linear function of the positions, and the weights of the edges between them.
+//! Weights of the edges between faces in iteratively reweighted least squares.
 
 use super::Prior;
+use super::linearised_normals::LinearisedNormals;
 use super::symmetric::Symmetric;
+use crate::denoise::conjugate_gradients::{CHUNK, Unknown as _};
 use crate::denoise::connectivity::Connectivity;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Faces that a thread treats at a time.
-pub(super) const RUN: usize = 1024;
-
-/// n(x + dx) ≈ n − Σₖ gₖ (n · dxₖ) over the corners k of each face.
-#[derive(Default)]
-pub(in crate::denoise) struct Linear {
-    /// n. #T×3
-    pub(in crate::denoise) normals: Vec<DVec3>,
-    /// gₖ = n × eₖ / 2A, with eₖ the edge opposite to the corner. #T×3×3
-    pub(in crate::denoise) gradients: Vec<[DVec3; 3]>,
-    /// #T
-    pub(in crate::denoise) areas: Vec<f64>,
-}
-
-impl Linear {
-    /// `steepest` bounds |gₖ|, so that slivers have no more weight than they deserve.
-    pub(in crate::denoise) fn measure(&mut self, net: &Connectivity, positions: &[DVec3], steepest: f64) {
-        let count = net.faces.len();
-        self.normals.resize(count, DVec3::ZERO);
-        self.gradients.resize(count, [DVec3::ZERO; 3]);
-        self.areas.resize(count, 0.0);
-        let slots = self.normals.par_iter_mut().zip(&mut self.gradients).zip(&mut self.areas);
-        slots.zip(&net.faces.triangles).with_min_len(RUN).for_each(|(((normal, gradients), area), t)| {
-            let [a, b, c] = t.map(|v| positions[v as usize]);
-            let doubled = (b - a).cross(c - a);
-            let length = doubled.length();
-            *normal = doubled.normalize_or_zero();
-            *area = length / 2.0;
-            *gradients = [c - b, a - c, b - a].map(|edge| {
-                let g = normal.cross(edge) / length;
-                if g.is_finite() { g.clamp_length_max(steepest) } else { DVec3::ZERO }
-            });
-        });
-    }
-
-    /// The change of each normal with the positions. #T×3
-    pub(in crate::denoise) fn change(&self, net: &Connectivity, ways: &[DVec3], out: &mut [DVec3]) {
-        let slots = out.par_iter_mut().zip(&self.normals).zip(&self.gradients).zip(&net.faces.triangles);
-        slots.with_min_len(RUN).for_each(|(((out, n), gradients), t)| {
-            let turn = |k: usize| gradients[k] * n.dot(ways[t[k] as usize]);
-            *out = -(turn(0) + turn(1) + turn(2));
-        });
-    }
-}
-
 /// An edge as one of its two faces sees it.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Side {
-    /// Centroid of this face minus that of the other, mean edges.
-    pub(super) way: DVec3,
-    /// Weight of the turn of the normal.
-    pub(super) turn: f64,
-    /// Weight of the jump of the shape operator.
-    pub(super) jump: f64,
+pub(super) struct HalfEdgeWeight {
+    /// Centroid of this face minus that of the other one, cᵢ − cⱼ, mean edges.
+    pub(super) centroid_offset: DVec3,
+    /// Weight wₑ of the jump of the normal that the shape operators do not explain.
+    pub(super) normal_weight: f64,
+    /// Weight vₑ of the jump of the shape operator.
+    pub(super) shape_operator_weight: f64,
 }
 
-/// How residuals become weights in one round.
-pub(super) struct Weighing {
+/// The robust penalty φ(r) = (1 + |r|²/κ²)^−p of one round, with the weights of the prior.
+pub(super) struct RobustWeights {
     strength: f64,
     curvature: f64,
     exponent: f64,
@@ -71,12 +28,15 @@ pub(super) struct Weighing {
     sharpness: f64,
 }
 
-impl Weighing {
-    pub(super) fn at(prior: &Prior, round: u32) -> Self {
-        const FIRST: f64 = 0.4;
-        // The last fifth of the rounds has the last threshold.
-        let share = if prior.rounds > 1 { 1.25 * f64::from(round) / f64::from(prior.rounds - 1) } else { 1.0 };
-        let kappa = FIRST * (prior.threshold / FIRST).powf(share.min(1.0));
+impl RobustWeights {
+    /// Penalty of a round: κ falls geometrically from a first value, at which only strong creases stand out, to the
+    /// threshold of the prior (graduated non-convexity, Blake & Zisserman 1987).
+    pub(super) fn at_round(prior: &Prior, round: u32) -> Self {
+        // As unit vectors, normals that differ by 23° are 0.4 apart.
+        const FIRST_KAPPA: f64 = 0.4;
+        // The threshold is reached after four fifths of the rounds, so that the last ones converge.
+        let progress = if prior.rounds > 1 { 1.25 * f64::from(round) / f64::from(prior.rounds - 1) } else { 1.0 };
+        let kappa = FIRST_KAPPA * (prior.threshold / FIRST_KAPPA).powf(progress.min(1.0));
         let strength = prior.strength * kappa.powf(-2.0 * prior.exponent);
         Self {
             strength,
@@ -86,58 +46,63 @@ impl Weighing {
         }
     }
 
-    /// φ of a squared residual.
+    /// φ for a squared residual.
     fn robust(&self, squared: f64) -> f64 {
         (1.0 + squared * self.sharpness).powf(-self.exponent)
     }
 }
 
-/// Sides of all faces, in the order of [`Connectivity::sides`].
-pub(super) struct Sides {
-    pub(super) all: Vec<Side>,
+/// Weights of all half-edges, in the order of [`Connectivity::half_edges`].
+pub(super) struct HalfEdgeWeights {
+    pub(super) all: Vec<HalfEdgeWeight>,
     centroids: Vec<DVec3>,
 }
 
-impl Sides {
-    pub(super) fn of(net: &Connectivity) -> Self {
-        let count = net.sides.items().len();
-        Self { all: vec![Side::default(); count], centroids: vec![DVec3::ZERO; net.faces.len()] }
+impl HalfEdgeWeights {
+    /// Weights of zero, to be filled by [`Self::update`].
+    pub(super) fn new(connectivity: &Connectivity) -> Self {
+        let count = connectivity.half_edges.items().len();
+        let centroids = vec![DVec3::ZERO; connectivity.faces.len()];
+        Self { all: vec![HalfEdgeWeight::default(); count], centroids }
     }
 
-    pub(super) fn weigh(
+    /// Computes the weights from the residuals at `positions` (#V×3, mean edges), where `normals` are linearised, and
+    /// `shape_operators` (#T).
+    pub(super) fn update(
         &mut self,
-        net: &Connectivity,
-        linear: &Linear,
+        connectivity: &Connectivity,
+        normals: &LinearisedNormals,
         positions: &[DVec3],
-        shapes: &[Symmetric],
-        weighing: &Weighing,
+        shape_operators: &[Symmetric],
+        robust: &RobustWeights,
     ) {
-        let third = |t: &[u32; 3]| t.iter().map(|&v| positions[v as usize]).sum::<DVec3>() / 3.0;
-        self.centroids.par_iter_mut().zip(&net.faces.triangles).for_each(|(c, t)| *c = third(t));
+        let faces = &connectivity.faces;
+        let centroid = |t: &[u32; 3]| t.iter().map(|&v| positions[v as usize]).sum::<DVec3>() / 3.0;
+        self.centroids.par_iter_mut().zip(&faces.triangles).for_each(|(c, t)| *c = centroid(t));
         let centroids = &self.centroids;
-        let edges: Vec<Side> = net
-            .faces
-            .pairs
-            .par_iter()
-            .zip(&net.faces.pair_edges)
-            .with_min_len(RUN)
-            .map(|(&[f, g], &[a, b])| {
-                let [f, g] = [f, g].map(|f| f as usize);
-                let way = (centroids[f] - centroids[g]).clamp_length_max(2.0);
-                let length = positions[a as usize].distance(positions[b as usize]).clamp(0.1, 3.0);
-                let turn = linear.normals[f] - linear.normals[g] - 0.5 * shapes[f].plus(&shapes[g]).times(way);
-                let bent = weighing.robust(turn.length_squared());
-                let jump = weighing.robust(shapes[f].minus(&shapes[g]).squared());
-                Side { way, turn: weighing.strength * length * bent, jump: weighing.curvature * length * bent * jump }
-            })
-            .collect();
-        let first = |f: usize, e: u32| net.faces.pairs[e as usize][0] as usize == f;
-        let of_face = |f: usize| net.sides.get(f as u32).iter().map(move |&(e, _)| (e, f));
-        let every = (0..net.faces.len()).flat_map(of_face);
-        for (side, (e, f)) in self.all.iter_mut().zip(every) {
-            *side = edges[e as usize];
-            if !first(f, e) {
-                side.way = -side.way;
+        let of_edge = |(&[f, g], &[a, b]): (&[u32; 2], &[u32; 2])| {
+            let [f, g] = [f, g].map(|f| f as usize);
+            // Long and short edges of a bad triangulation are clamped: they shall not outweigh the others.
+            let centroid_offset = (centroids[f] - centroids[g]).clamp_length_max(2.0);
+            let length = positions[a as usize].distance(positions[b as usize]).clamp(0.1, 3.0);
+            let predicted = 0.5 * (shape_operators[f] + shape_operators[g]).times(centroid_offset);
+            let normal_jump = normals.normals[f] - normals.normals[g] - predicted;
+            let of_normal = robust.robust(normal_jump.length_squared());
+            let of_shape_operator = robust.robust((shape_operators[f] - shape_operators[g]).norm2());
+            HalfEdgeWeight {
+                centroid_offset,
+                normal_weight: robust.strength * length * of_normal,
+                shape_operator_weight: robust.curvature * length * of_normal * of_shape_operator,
+            }
+        };
+        let edges = faces.pairs.par_iter().zip(&faces.pair_edges).with_min_len(CHUNK);
+        let edges: Vec<HalfEdgeWeight> = edges.map(of_edge).collect();
+        let of_face = |f: usize| connectivity.half_edges.get(f as u32).iter().map(move |&(e, _)| (e as usize, f));
+        let half_edges = (0..faces.len()).flat_map(of_face);
+        for (half_edge, (e, f)) in self.all.iter_mut().zip(half_edges) {
+            *half_edge = edges[e];
+            if faces.pairs[e][0] as usize != f {
+                half_edge.centroid_offset = -half_edge.centroid_offset;
             }
         }
     }

@@ -1,277 +1,300 @@
 //! The normal equations of one round, solved for positions and shape operators together by conjugate gradients.
 
 use super::Prior;
-use super::edge_weights::{Linear, RUN, Sides};
+use super::edge_weights::HalfEdgeWeights;
+use super::linearised_normals::LinearisedNormals;
 use super::symmetric::{HALF_ROOT, Symmetric};
+use crate::denoise::bilaplacian::BoundaryConstraint;
+use crate::denoise::conjugate_gradients::{CHUNK, ConjugateGradients, Stop, Vector, sum_in_order};
 use crate::denoise::connectivity::Connectivity;
-use crate::denoise::umbrella::Freedom;
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// The equations, and the room that solving them takes.
-pub(super) struct System<'a> {
-    net: &'a Connectivity,
-    freedom: &'a Freedom,
-    /// 1/σ²
-    data: f64,
-    /// What is added to that across the normals.
-    held: f64,
-    /// 10⁻³ λ
-    ridge: f64,
-    /// τ/σ²
-    spread: f64,
-    vertex_normals: Vec<DVec3>,
-    vertices: Vec<Row<DVec3>>,
-    faces: Vec<Row<Symmetric>>,
-    direction: Vec<DVec3>,
-    shape_direction: Vec<Symmetric>,
-    changes: Vec<DVec3>,
-    pulls: Vec<[f64; 3]>,
-    bends: Vec<DVec3>,
+/// Unknowns of the estimate.
+#[derive(Clone)]
+pub(super) struct Unknowns {
+    /// Position minus input of each vertex. #V×3, mean edges
+    pub(super) offsets: Vec<DVec3>,
+    /// Shape operator of each face, 1/mean edge. #T
+    pub(super) shape_operators: Vec<Symmetric>,
 }
 
-/// What conjugate gradients keep for each unknown.
-#[derive(Clone, Copy, Default)]
-struct Row<T> {
-    residual: T,
-    product: T,
-    /// Of the diagonal of the system.
-    inverse: f64,
-}
-
-/// Sums of runs in their order, so that the result does not depend on the number of threads.
-fn total(runs: impl IndexedParallelIterator<Item = f64>) -> f64 {
-    runs.collect::<Vec<f64>>().iter().sum()
-}
-
-/// A run of faces: its number, their rows, and the pulls on their corners.
-type BendingRun<'a> = (usize, (&'a mut [Row<Symmetric>], &'a mut [[f64; 3]]));
-/// A run of faces: their rows, directions, and shape operators.
-type DescendingRun<'a> = ((&'a mut [Row<Symmetric>], &'a [Symmetric]), &'a mut [Symmetric]);
-
-/// How uneven vertices lie in a mesh without noise, mean edges: lighter noise is no reason to even them out.
-const UNEVEN: f64 = 0.2;
-
-impl<'a> System<'a> {
-    pub(super) fn new(net: &'a Connectivity, freedom: &'a Freedom, data: f64, prior: &Prior) -> Self {
-        let (vertices, faces) = (net.corners.len(), net.faces.len());
+impl Unknowns {
+    fn zero(connectivity: &Connectivity) -> Self {
         Self {
-            net,
-            freedom,
-            data,
-            held: 0.0,
-            ridge: 1e-3 * prior.strength,
-            spread: prior.spread * data.min(UNEVEN.powi(-2)),
-            vertex_normals: Vec::new(),
-            vertices: vec![Row::default(); vertices],
-            faces: vec![Row::default(); faces],
-            direction: vec![DVec3::ZERO; vertices],
-            shape_direction: vec![Symmetric::default(); faces],
-            changes: vec![DVec3::ZERO; faces],
-            pulls: vec![[0.0; 3]; faces],
-            bends: vec![DVec3::ZERO; vertices],
+            offsets: vec![DVec3::ZERO; connectivity.corners.len()],
+            shape_operators: vec![Symmetric::default(); connectivity.faces.len()],
+        }
+    }
+}
+
+/// Inverse of the preconditioner's diagonal for [`Unknowns`].
+pub(super) struct InverseDiagonal {
+    vertices: Vec<f64>,
+    faces: Vec<f64>,
+}
+
+impl Vector for Unknowns {
+    type InverseDiagonal = InverseDiagonal;
+
+    fn set_zero(&mut self) {
+        self.offsets.set_zero();
+        self.shape_operators.set_zero();
+    }
+
+    fn axpy(&mut self, alpha: f64, y: &Self) {
+        self.offsets.axpy(alpha, &y.offsets);
+        self.shape_operators.axpy(alpha, &y.shape_operators);
+    }
+
+    fn axpy_norm2(&mut self, alpha: f64, y: &Self, inverse: &InverseDiagonal) -> f64 {
+        self.offsets.axpy_norm2(alpha, &y.offsets, &inverse.vertices)
+            + self.shape_operators.axpy_norm2(alpha, &y.shape_operators, &inverse.faces)
+    }
+
+    fn precondition(&mut self, residual: &Self, beta: f64, inverse: &InverseDiagonal) {
+        self.offsets.precondition(&residual.offsets, beta, &inverse.vertices);
+        self.shape_operators.precondition(&residual.shape_operators, beta, &inverse.faces);
+    }
+
+    fn weighted_norm2(&self, inverse: &InverseDiagonal) -> f64 {
+        self.offsets.weighted_norm2(&inverse.vertices) + self.shape_operators.weighted_norm2(&inverse.faces)
+    }
+}
+
+/// What is constant in one round: the point of linearisation and the weights there.
+#[derive(Clone, Copy)]
+pub(super) struct Linearisation<'a> {
+    /// Normals, linear in the positions.
+    pub(super) normals: &'a LinearisedNormals,
+    /// Weights of the half-edges.
+    pub(super) weights: &'a HalfEdgeWeights,
+    /// Where the normals are linearised. #V×3, mean edges
+    pub(super) positions: &'a [DVec3],
+}
+
+/// The normal equations, with work vectors for one round after the other.
+pub(super) struct NormalEquations<'a> {
+    operator: Operator<'a>,
+    solver: ConjugateGradients<Unknowns>,
+}
+
+impl<'a> NormalEquations<'a> {
+    /// Equations for data of weight `data` = 1/σ² (σ in mean edges).
+    pub(super) fn new(
+        connectivity: &'a Connectivity,
+        constraint: &'a BoundaryConstraint,
+        data: f64,
+        prior: &Prior,
+    ) -> Self {
+        let zero = Unknowns::zero(connectivity);
+        let inverse =
+            InverseDiagonal { vertices: vec![0.0; zero.offsets.len()], faces: vec![0.0; zero.shape_operators.len()] };
+        Self {
+            operator: Operator::new(connectivity, constraint, data, prior),
+            solver: ConjugateGradients::with(inverse, zero),
         }
     }
 
-    /// Weight of the data across the normals beyond that along them, for the rounds to come.
-    pub(super) fn hold(&mut self, held: f64) {
-        self.held = held;
+    /// Sets the weight of the data term's tangential part beyond that of its normal part, for the rounds to come.
+    pub(super) fn set_tangential_weight(&mut self, weight: f64) {
+        self.operator.tangential = weight;
     }
 
-    /// Moves `way` and `shapes` towards the solution.
-    #[expect(clippy::too_many_arguments, reason = "one round has that many ingredients")]
+    /// Moves the unknowns towards the solution, in `max_steps` steps of conjugate gradients at most.
     pub(super) fn solve(
         &mut self,
-        linear: &Linear,
-        sides: &Sides,
-        positions: &[DVec3],
-        way: &mut [DVec3],
-        shapes: &mut [Symmetric],
-        steps: u32,
+        at: &Linearisation,
+        unknowns: &mut Unknowns,
+        max_steps: u32,
         progress: &dyn Progress,
     ) -> Result<(), Cancelled> {
-        // A thousandth in the norm of the residual: the next round linearises anew anyway.
-        const ENOUGH: f64 = 1e-6;
-        self.vertex_normals = self.net.vertex_normals(positions);
-        self.condition(linear, sides);
-        // The residual is minus the gradient at the place where the normals are linear.
-        self.changes.copy_from_slice(&linear.normals);
-        self.bend(linear, sides, shapes);
-        self.relax(positions);
-        self.gather(linear, way);
-        let negate = |row: &mut Row<DVec3>| row.residual = -row.product;
-        self.vertices.par_iter_mut().with_min_len(RUN).for_each(negate);
-        self.faces
-            .par_iter_mut()
-            .with_min_len(RUN)
-            .for_each(|row| row.residual = row.product.zip(&row.product, |a, _| -a));
-        self.direction.fill(DVec3::ZERO);
-        self.shape_direction.fill(Symmetric::default());
-        let mut energy = self.energy();
-        let first = energy;
-        self.turn(0.0);
-        for _ in 0..steps {
-            if energy <= ENOUGH * first {
-                break;
-            }
-            progress.check()?;
-            let direction = std::mem::take(&mut self.direction);
-            let shape_direction = std::mem::take(&mut self.shape_direction);
-            linear.change(self.net, &direction, &mut self.changes);
-            let mut curvature = self.bend(linear, sides, &shape_direction);
-            self.relax(&direction);
-            curvature += self.gather(linear, &direction);
-            let step = energy / curvature;
-            // Rounding is all that is left, or the numbers are beyond what can be summed.
-            if curvature > 0.0 && step.is_finite() {
-                way.par_iter_mut().zip(&direction).with_min_len(RUN).for_each(|(x, d)| *x += step * *d);
-            }
-            self.direction = direction;
-            self.shape_direction = shape_direction;
-            if !(curvature > 0.0 && step.is_finite()) {
-                break;
-            }
-            let before = energy;
-            energy = self.descend(shapes, step);
-            self.turn(energy / before);
+        // Relative to the first residual. A more exact solution is not worth its time: the next round linearises anew.
+        let stop = Stop { tolerance: 1e-3, max_steps: max_steps as usize };
+        let Self { operator, solver } = self;
+        operator.vertex_normals = operator.connectivity.vertex_normals(at.positions);
+        operator.build_preconditioner(at, &mut solver.inverse_diagonal);
+        // The residual is minus the gradient of the energy.
+        operator.gradient(at, unknowns, &mut solver.residual);
+        solver.residual.offsets.par_iter_mut().with_min_len(CHUNK).for_each(|r| *r = -*r);
+        solver.residual.shape_operators.par_iter_mut().with_min_len(CHUNK).for_each(|r| r.0 = r.0.map(|x| -x));
+        let norm2 = solver.residual.weighted_norm2(&solver.inverse_diagonal);
+        solver.iterate(|x, out| operator.apply(at, x, out), unknowns, [norm2; 2], stop, progress)
+    }
+}
+
+/// Irregularity of the vertex spacing that meshes without noise have too, mean edges: lighter noise is no reason to even
+/// the vertices out.
+const TYPICAL_IRREGULARITY: f64 = 0.2;
+
+/// The quadratic form of the energy around a linearisation, applied without storing its matrix.
+struct Operator<'a> {
+    connectivity: &'a Connectivity,
+    constraint: &'a BoundaryConstraint,
+    /// Weight of the data, 1/σ².
+    data: f64,
+    /// Weight of the data in tangential directions beyond `data`.
+    tangential: f64,
+    /// Weight of the shape operators themselves, 10⁻³ λ, which makes the system definite.
+    ridge: f64,
+    /// Weight of the tangential umbrella, τ min(1/σ², 5²), σ in mean edges.
+    spread: f64,
+    /// Unit normals at the point of linearisation. #V×3
+    vertex_normals: Vec<DVec3>,
+    /// Normal changes dn that go with the offsets. #T×3
+    normal_changes: Vec<DVec3>,
+    /// Force on each corner along the normal of its triangle. #T×3
+    corner_forces: Vec<[f64; 3]>,
+    /// Weighted tangential umbrella vector of each vertex. #V×3
+    umbrella_forces: Vec<DVec3>,
+}
+
+/// One chunk of faces: its number, and for its faces the output and the forces on the corners.
+type FaceChunk<'a> = (usize, (&'a mut [Symmetric], &'a mut [[f64; 3]]));
+
+impl<'a> Operator<'a> {
+    fn new(connectivity: &'a Connectivity, constraint: &'a BoundaryConstraint, data: f64, prior: &Prior) -> Self {
+        let (vertices, faces) = (connectivity.corners.len(), connectivity.faces.len());
+        Self {
+            connectivity,
+            constraint,
+            data,
+            tangential: 0.0,
+            ridge: 1e-3 * prior.strength,
+            spread: prior.spread * data.min(TYPICAL_IRREGULARITY.powi(-2)),
+            vertex_normals: Vec::new(),
+            normal_changes: vec![DVec3::ZERO; faces],
+            corner_forces: vec![[0.0; 3]; faces],
+            umbrella_forces: vec![DVec3::ZERO; vertices],
         }
-        Ok(())
     }
 
-    /// The diagonal, roughly.
-    fn condition(&mut self, linear: &Linear, sides: &Sides) {
-        let net = self.net;
-        let weight = |f: Index| sides.all[net.sides.range(f)].iter().map(|side| side.turn).sum::<f64>();
-        // Two of three directions lie across the normal.
-        let (data, spread, ridge) = (self.data + 0.67 * self.held, self.spread, self.ridge);
-        self.vertices.par_iter_mut().enumerate().with_min_len(RUN).for_each(|(v, row)| {
-            let turning = net
-                .corners
-                .get(v as Index)
+    /// Half the gradient of the energy at the point of linearisation, where `unknowns` are.
+    fn gradient(&mut self, at: &Linearisation, unknowns: &Unknowns, out: &mut Unknowns) {
+        self.normal_changes.copy_from_slice(&at.normals.normals);
+        self.apply_bending(at, &unknowns.shape_operators, &mut out.shape_operators);
+        self.apply_tangential(at.positions);
+        self.assemble_vertices(at, &unknowns.offsets, &mut out.offsets);
+    }
+
+    /// Writes A x into `out` and returns xᵀ A x; A is half the Hessian of the energy.
+    fn apply(&mut self, at: &Linearisation, x: &Unknowns, out: &mut Unknowns) -> f64 {
+        at.normals.apply_jacobian(self.connectivity, &x.offsets, &mut self.normal_changes);
+        let of_faces = self.apply_bending(at, &x.shape_operators, &mut out.shape_operators);
+        self.apply_tangential(&x.offsets);
+        of_faces + self.assemble_vertices(at, &x.offsets, &mut out.offsets)
+    }
+
+    /// Inverse of an estimate of the diagonal of A.
+    fn build_preconditioner(&self, at: &Linearisation, inverse: &mut InverseDiagonal) {
+        let Self { connectivity, data, tangential, ridge, spread, .. } = *self;
+        let weights = &at.weights.all;
+        let of_face = |f: Index| weights[connectivity.half_edges.range(f)].iter().map(|w| w.normal_weight).sum::<f64>();
+        // Two of three directions are tangential, and the diagonal of UᵀU is little more than one.
+        let (data, spread) = (data + 0.67 * tangential, 0.7 * spread);
+        inverse.vertices.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(v, inverse)| {
+            let bending =
+                connectivity.corners.get(v as Index).iter().map(|&(f, k)| {
+                    0.5 * of_face(f) * at.normals.gradients[f as usize][usize::from(k)].length_squared()
+                });
+            *inverse = 1.0 / (data + spread + bending.sum::<f64>());
+        });
+        inverse.faces.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(f, inverse)| {
+            let half_edges = &weights[connectivity.half_edges.range(f as Index)];
+            let of_half_edges = half_edges
                 .iter()
-                .map(|&(f, k)| 0.5 * weight(f) * linear.gradients[f as usize][usize::from(k)].length_squared());
-            row.inverse = 1.0 / (data + 0.7 * spread + turning.sum::<f64>());
-        });
-        self.faces.par_iter_mut().enumerate().with_min_len(RUN).for_each(|(f, row)| {
-            let of_sides = &sides.all[net.sides.range(f as Index)];
-            let sum: f64 = of_sides.iter().map(|s| 0.125 * s.turn * s.way.length_squared() + s.jump).sum();
-            row.inverse = 1.0 / (ridge + sum);
+                .map(|w| 0.125 * w.normal_weight * w.centroid_offset.length_squared() + w.shape_operator_weight);
+            *inverse = 1.0 / (ridge + of_half_edges.sum::<f64>());
         });
     }
 
-    /// Second to fourth term for changes of the normals and these shape operators: their part of the product goes to the
-    /// faces, the pull on each corner to `pulls`. Gives the product's inner product with the shape operators.
-    fn bend(&mut self, linear: &Linear, sides: &Sides, shapes: &[Symmetric]) -> f64 {
-        let Self { net, faces, changes, pulls, .. } = self;
-        let ridge = self.ridge;
-        let runs = faces.par_chunks_mut(RUN).zip(pulls.par_chunks_mut(RUN)).enumerate();
-        let run = |(run, (rows, pulls)): BendingRun| {
+    /// Terms of the prior for the normal changes and `shape_operators` (#T): their part of the product goes to `out`, the
+    /// force on each corner to `corner_forces`. Returns the inner product of `shape_operators` and `out`.
+    fn apply_bending(&mut self, at: &Linearisation, shape_operators: &[Symmetric], out: &mut [Symmetric]) -> f64 {
+        let mut corner_forces = std::mem::take(&mut self.corner_forces);
+        let chunks = out.par_chunks_mut(CHUNK).zip(corner_forces.par_chunks_mut(CHUNK)).enumerate();
+        let inner = sum_in_order(chunks.map(|(chunk, (out, corner_forces)): FaceChunk| {
             let mut inner = 0.0;
-            for (i, (row, pulls)) in rows.iter_mut().zip(pulls).enumerate() {
-                let f = run * RUN + i;
-                let shape = shapes[f].0;
-                let change = changes[f];
-                let mut pull = DVec3::ZERO;
-                let mut product = shape.map(|s| ridge * s);
-                let range = net.sides.range(f as Index);
-                for (&(_, g), side) in net.sides.items()[range.clone()].iter().zip(&sides.all[range]) {
-                    let other = &shapes[g as usize].0;
-                    let mut sum = [0.0; 6];
-                    for k in 0..6 {
-                        sum[k] = shape[k] + other[k];
-                        product[k] += side.jump * (shape[k] - other[k]);
-                    }
-                    let (d, e) = (0.5 * side.way, 0.5 * HALF_ROOT * side.way);
-                    let turn = DVec3::new(
-                        change.x - changes[g as usize].x - (sum[0] * d.x + sum[5] * e.y + sum[4] * e.z),
-                        change.y - changes[g as usize].y - (sum[5] * e.x + sum[1] * d.y + sum[3] * e.z),
-                        change.z - changes[g as usize].z - (sum[4] * e.x + sum[3] * e.y + sum[2] * d.z),
-                    ) * side.turn;
-                    pull += turn;
-                    product[0] -= turn.x * d.x;
-                    product[1] -= turn.y * d.y;
-                    product[2] -= turn.z * d.z;
-                    product[3] -= turn.y * e.z + turn.z * e.y;
-                    product[4] -= turn.x * e.z + turn.z * e.x;
-                    product[5] -= turn.x * e.y + turn.y * e.x;
+            for (f, (out, corner_forces)) in (chunk * CHUNK..).zip(out.iter_mut().zip(corner_forces)) {
+                let (product, force) = self.bending_of_face(at, shape_operators, f);
+                for (s, p) in shape_operators[f].0.iter().zip(product) {
+                    inner += s * p;
                 }
-                for k in 0..6 {
-                    inner += shape[k] * product[k];
-                }
-                row.product = Symmetric(product);
-                *pulls = linear.gradients[f].map(|g| -g.dot(pull));
+                *out = Symmetric(product);
+                *corner_forces = at.normals.gradients[f].map(|g| -g.dot(force));
             }
             inner
-        };
-        total(runs.map(run))
+        }));
+        self.corner_forces = corner_forces;
+        inner
     }
 
-    /// Last term: the umbrella of x without its part along the normal.
-    fn relax(&mut self, x: &[DVec3]) {
-        let Self { net, spread, vertex_normals, bends, .. } = self;
-        bends.par_iter_mut().enumerate().with_min_len(RUN).for_each(|(v, bend)| {
-            let umbrella = net.umbrella.at(x, v);
+    /// Product of one face's row, and the derivative with respect to the face's normal. With the jump
+    /// j = dnᵢ − dnⱼ − ½ (Sᵢ + Sⱼ) (cᵢ − cⱼ) of each half-edge, the row of Sᵢ is −½ wₑ sym(j (cᵢ − cⱼ)ᵀ) + vₑ (Sᵢ − Sⱼ); it
+    /// is written out for the six numbers of [`Symmetric`], which is twice as fast.
+    #[inline]
+    fn bending_of_face(&self, at: &Linearisation, shape_operators: &[Symmetric], f: usize) -> ([f64; 6], DVec3) {
+        let own = shape_operators[f].0;
+        let change = self.normal_changes[f];
+        let mut force = DVec3::ZERO;
+        let mut product = own.map(|s| self.ridge * s);
+        let half_edges = &self.connectivity.half_edges;
+        let range = half_edges.range(f as Index);
+        for (&(_, g), weight) in half_edges.items()[range.clone()].iter().zip(&at.weights.all[range]) {
+            let other = &shape_operators[g as usize].0;
+            let mut sum = [0.0; 6];
+            for k in 0..6 {
+                sum[k] = own[k] + other[k];
+                product[k] += weight.shape_operator_weight * (own[k] - other[k]);
+            }
+            let (d, e) = (0.5 * weight.centroid_offset, 0.5 * HALF_ROOT * weight.centroid_offset);
+            let other_change = self.normal_changes[g as usize];
+            let jump = DVec3::new(
+                change.x - other_change.x - (sum[0] * d.x + sum[5] * e.y + sum[4] * e.z),
+                change.y - other_change.y - (sum[5] * e.x + sum[1] * d.y + sum[3] * e.z),
+                change.z - other_change.z - (sum[4] * e.x + sum[3] * e.y + sum[2] * d.z),
+            ) * weight.normal_weight;
+            force += jump;
+            product[0] -= jump.x * d.x;
+            product[1] -= jump.y * d.y;
+            product[2] -= jump.z * d.z;
+            product[3] -= jump.y * e.z + jump.z * e.y;
+            product[4] -= jump.x * e.z + jump.z * e.x;
+            product[5] -= jump.x * e.y + jump.y * e.x;
+        }
+        (product, force)
+    }
+
+    /// Last term of the energy: weighted umbrella vectors of `x` (#V×3) without their parts along the normals.
+    fn apply_tangential(&mut self, x: &[DVec3]) {
+        let Self { connectivity, spread, vertex_normals, umbrella_forces, .. } = self;
+        umbrella_forces.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(v, force)| {
+            let umbrella = connectivity.umbrella.at(x, v);
             let n = vertex_normals[v];
-            *bend = *spread * (umbrella - n * n.dot(umbrella));
+            *force = *spread * (umbrella - n * n.dot(umbrella));
         });
     }
 
-    /// Product at the vertices from pulls, bends and the data term of `x`. Gives its inner product with x.
-    fn gather(&mut self, linear: &Linear, x: &[DVec3]) -> f64 {
-        let Self { net, freedom, data, held, vertex_normals, vertices, pulls, bends, .. } = self;
-        let run = |(run, rows): (usize, &mut [Row<DVec3>])| {
+    /// Rows of the vertices: the data term of `x` (#V×3), corner forces and umbrella forces. Returns the inner product of `x`
+    /// and `out`.
+    fn assemble_vertices(&self, at: &Linearisation, x: &[DVec3], out: &mut [DVec3]) -> f64 {
+        let Self { connectivity, constraint, data, tangential, vertex_normals, corner_forces, .. } = self;
+        let of_chunk = |(chunk, out): (usize, &mut [DVec3])| {
             let mut inner = 0.0;
-            for (i, row) in rows.iter_mut().enumerate() {
-                let v = run * RUN + i;
-                let across = x[v].reject_from_normalized(vertex_normals[v]);
-                let mut product = *data * x[v] + *held * across + net.umbrella.transposed_at(bends, v);
-                for &(f, k) in net.corners.get(v as Index) {
-                    product += pulls[f as usize][usize::from(k)] * linear.normals[f as usize];
+            for (v, out) in (chunk * CHUNK..).zip(out) {
+                let in_plane = x[v].reject_from_normalized(vertex_normals[v]);
+                let umbrella = connectivity.umbrella.transposed_at(&self.umbrella_forces, v);
+                let mut product = *data * x[v] + *tangential * in_plane + umbrella;
+                for &(f, k) in connectivity.corners.get(v as Index) {
+                    product += corner_forces[f as usize][usize::from(k)] * at.normals.normals[f as usize];
                 }
-                row.product = freedom.projected(v, product);
-                inner += x[v].dot(row.product);
+                *out = constraint.projected(v, product);
+                inner += x[v].dot(*out);
             }
             inner
         };
-        total(vertices.par_chunks_mut(RUN).enumerate().map(run))
-    }
-
-    /// |residual|² in the norm of the preconditioner.
-    fn energy(&self) -> f64 {
-        let of_vertices =
-            |rows: &[Row<DVec3>]| rows.iter().map(|r| r.inverse * r.residual.length_squared()).sum::<f64>();
-        let of_faces = |rows: &[Row<Symmetric>]| rows.iter().map(|r| r.inverse * r.residual.squared()).sum::<f64>();
-        total(self.vertices.par_chunks(RUN).map(of_vertices)) + total(self.faces.par_chunks(RUN).map(of_faces))
-    }
-
-    /// Takes a step of the shape operators and of all residuals; gives the new energy.
-    fn descend(&mut self, shapes: &mut [Symmetric], step: f64) -> f64 {
-        let of_vertices = |rows: &mut [Row<DVec3>]| {
-            rows.iter_mut().fold(0.0, |sum, row| {
-                row.residual -= step * row.product;
-                sum + row.inverse * row.residual.length_squared()
-            })
-        };
-        let moved = total(self.vertices.par_chunks_mut(RUN).map(of_vertices));
-        let runs =
-            self.faces.par_chunks_mut(RUN).zip(self.shape_direction.par_chunks(RUN)).zip(shapes.par_chunks_mut(RUN));
-        let of_faces = |((rows, directions), shapes): DescendingRun| {
-            rows.iter_mut().zip(directions).zip(shapes).fold(0.0, |sum, ((row, direction), shape)| {
-                *shape = shape.zip(direction, |s, d| s + step * d);
-                row.residual = row.residual.zip(&row.product, |r, p| r - step * p);
-                sum + row.inverse * row.residual.squared()
-            })
-        };
-        moved + total(runs.map(of_faces))
-    }
-
-    /// The next direction: downhill, plus `turn` times the last one.
-    fn turn(&mut self, turn: f64) {
-        let vertices = self.direction.par_iter_mut().zip(&self.vertices).with_min_len(RUN);
-        vertices.for_each(|(d, row)| *d = row.inverse * row.residual + turn * *d);
-        let faces = self.shape_direction.par_iter_mut().zip(&self.faces).with_min_len(RUN);
-        faces.for_each(|(d, row)| *d = d.zip(&row.residual, |d, r| row.inverse * r + turn * d));
+        sum_in_order(out.par_chunks_mut(CHUNK).enumerate().map(of_chunk))
     }
 }
