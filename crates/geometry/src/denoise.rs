@@ -8,7 +8,7 @@ mod bilateral_normals;
 mod conjugate_gradients;
 mod connectivity;
 mod denoising;
-mod faces;
+mod face_geometry;
 mod guided_normals;
 mod hc;
 mod implicit;
@@ -20,6 +20,7 @@ mod noise_level;
 mod sun;
 mod taubin;
 mod tgv_normals;
+mod triangle_mesh;
 mod vertex_update;
 
 pub use along::{Along, Loss};

@@ -10,8 +10,9 @@
 
 mod leaning;
 
-use super::faces::{Faces, Shapes};
+use super::face_geometry::FaceGeometry;
 use super::limits::{Bounds, Outcome};
+use super::triangle_mesh::TriangleMesh;
 use super::vertex_update::least_squares::{HALVINGS, System};
 use super::vertex_update::take_folds_back;
 use crate::model::NormalSource;
@@ -139,7 +140,7 @@ fn moved(surface: &Surface, deltas: &[DVec3]) -> Vec<DVec3> {
 struct Wanted<'a> {
     surface: &'a Surface,
     deltas: &'a [DVec3],
-    faces: Faces,
+    mesh: TriangleMesh,
     /// Of the input. #T×3
     noisy: Vec<DVec3>,
     /// Of the denoised surface. #T×3
@@ -148,10 +149,10 @@ struct Wanted<'a> {
 
 impl<'a> Wanted<'a> {
     fn new(surface: &'a Surface, deltas: &'a [DVec3]) -> Self {
-        let faces = Faces::of(surface);
-        let noisy = Shapes::of(&faces, surface.positions()).normals;
-        let denoised = Shapes::of(&faces, &moved(surface, deltas)).normals;
-        Self { surface, deltas, faces, noisy, denoised }
+        let mesh = TriangleMesh::of(surface);
+        let noisy = FaceGeometry::of(&mesh, surface.positions()).normals;
+        let denoised = FaceGeometry::of(&mesh, &moved(surface, deltas)).normals;
+        Self { surface, deltas, mesh, noisy, denoised }
     }
 
     fn normals_of_denoised(&self) -> Vec<Vec3> {
@@ -170,7 +171,7 @@ impl<'a> Wanted<'a> {
         let directions: Vec<DVec3> = start.normals.iter().map(|n| n.as_dvec3()).collect();
         let fixed: Vec<bool> = self.deltas.iter().map(|delta| *delta == DVec3::ZERO).collect();
         let system = System {
-            faces: &self.faces,
+            mesh: &self.mesh,
             normals: &self.denoised,
             fixed: &fixed,
             along: Some(&directions),
@@ -178,7 +179,7 @@ impl<'a> Wanted<'a> {
         };
         let from = moved(self.surface, &start.deltas());
         let mut to = system.solve(&from, &moved(self.surface, self.deltas), progress)?;
-        take_folds_back(&self.faces, &self.denoised, &from, &mut to, HALVINGS);
+        take_folds_back(&self.mesh, &self.denoised, &from, &mut to, HALVINGS);
         let ways = from.iter().zip(&to).zip(&directions).map(|((from, to), n)| (*from - *to).dot(*n));
         let heights = start.heights.iter().zip(ways).map(|(h, way)| h + way).collect();
         let mut along = Along { heights, ..start };
@@ -189,7 +190,7 @@ impl<'a> Wanted<'a> {
     /// Of ways along the normals. #V×3, model units
     fn loss(&self, ways: &[DVec3]) -> Loss {
         let squares: f64 = self.deltas.iter().zip(ways).map(|(delta, way)| delta.distance_squared(*way)).sum();
-        let held = Shapes::of(&self.faces, &moved(self.surface, ways)).normals;
+        let held = FaceGeometry::of(&self.mesh, &moved(self.surface, ways)).normals;
         let mean = |normals: &[DVec3]| {
             let angles = normals.iter().zip(&self.denoised).map(|(a, b)| a.cross(*b).length().atan2(a.dot(*b)));
             angles.sum::<f64>().to_degrees() / normals.len().max(1) as f64

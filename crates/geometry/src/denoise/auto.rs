@@ -220,7 +220,8 @@ fn without_small_shares(mut shares: Vec<CandidateShare>) -> Vec<CandidateShare> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::denoise::faces::{Faces, Shapes};
+    use crate::denoise::face_geometry::FaceGeometry;
+    use crate::denoise::triangle_mesh::TriangleMesh;
     use crate::noise::{self, Noise};
     use crate::progress::Silent;
     use crate::ragged::Index;
@@ -240,9 +241,9 @@ mod tests {
 
     /// Mean angle between the normals of two surfaces, degrees.
     fn off(a: &Surface, positions: &[DVec3]) -> f64 {
-        let faces = Faces::of(a);
-        let [a, b] = [a.positions(), positions].map(|x| Shapes::of(&faces, x).normals);
-        a.iter().zip(&b).map(|(a, b)| a.angle_between(*b).to_degrees()).sum::<f64>() / faces.len() as f64
+        let mesh = TriangleMesh::of(a);
+        let [a, b] = [a.positions(), positions].map(|x| FaceGeometry::of(&mesh, x).normals);
+        a.iter().zip(&b).map(|(a, b)| a.angle_between(*b).to_degrees()).sum::<f64>() / mesh.face_count() as f64
     }
 
     #[test]
@@ -373,7 +374,7 @@ mod tests {
         let sizes = PatchSizes { whole: 0, patches: 3, triangles: 600, margin: 4 };
         let part = subsample(&noisy, &connectivity, sizes).unwrap();
         let evaluated = part.evaluated.iter().filter(|evaluated| **evaluated).count();
-        assert!(evaluated == 1800 && part.connectivity.faces.len() < noisy.triangles().len(), "{evaluated}");
+        assert!(evaluated == 1800 && part.connectivity.mesh.face_count() < noisy.triangles().len(), "{evaluated}");
         let constraint = BoundaryConstraint::default();
         let candidates = &Candidate::ALL[4..];
         let mean = |connectivity: &Connectivity, input: &[DVec3], evaluated: &[bool]| {

@@ -7,7 +7,7 @@
 //! the standard deviation of the |hⱼ|.
 
 use super::Boundary;
-use super::faces::grow;
+use super::triangle_mesh::flood_fill;
 use crate::normals::{self, FaceWeight};
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
@@ -75,7 +75,7 @@ fn lift(surface: &Surface, vertex: Index, normal: DVec3, list: &mut Vec<Index>) 
         return 0.0;
     }
     list.clear();
-    grow(vertex, list, |v| rings.get(v), |v| squared(v) <= 4.0 * nearest);
+    flood_fill(vertex, list, |v| rings.get(v), |v| squared(v) <= 4.0 * nearest);
     let height = |v: Index| (positions[v as usize] - p).dot(normal);
     let count = list.len() as f64;
     let mean = list.iter().map(|&v| height(v).abs()).sum::<f64>() / count;

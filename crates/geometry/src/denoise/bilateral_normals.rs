@@ -11,7 +11,8 @@
 
 use super::Boundary;
 use super::conjugate_gradients::{Stop, multiply, solve};
-use super::faces::{Faces, Shapes, filter};
+use super::face_geometry::{FaceGeometry, filter_normals};
+use super::triangle_mesh::TriangleMesh;
 use super::vertex_update::{Updater, VertexUpdate};
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::{Index, Ragged};
@@ -93,28 +94,28 @@ pub(super) fn deltas(
     progress: &dyn Progress,
 ) -> Result<Vec<DVec3>, Cancelled> {
     progress.check()?;
-    let faces = Faces::of(surface);
-    let mut updater = Updater::new(surface, &faces, settings.vertex_update);
-    let shapes = Shapes::of(&faces, surface.positions());
-    let normals = filtered(&faces, shapes, settings, progress)?;
+    let mesh = TriangleMesh::of(surface);
+    let mut updater = Updater::new(surface, &mesh, settings.vertex_update);
+    let geometry = FaceGeometry::of(&mesh, surface.positions());
+    let normals = filtered(&mesh, geometry, settings, progress)?;
     updater.follow(&normals, progress)?;
     Ok(updater.deltas())
 }
 
 /// The filtered normals. #T×3
 fn filtered(
-    faces: &Faces,
-    shapes: Shapes,
+    mesh: &TriangleMesh,
+    geometry: FaceGeometry,
     settings: &BilateralNormals,
     progress: &dyn Progress,
 ) -> Result<Vec<DVec3>, Cancelled> {
     let neighbours = match settings.neighbours {
-        Neighbours::Vertex => faces.by_vertex(),
-        Neighbours::Edge => faces.by_edge(),
+        Neighbours::Vertex => mesh.vertex_neighbours(),
+        Neighbours::Edge => mesh.edge_neighbours(),
     };
-    let near = spatial_weights(&neighbours, &shapes, settings.sigma_spatial * faces.spacing(&shapes));
+    let near = spatial_weights(&neighbours, &geometry, settings.sigma_spatial * geometry.mean_centroid_distance(&mesh));
     let falloff = -0.5 / (settings.sigma_range * settings.sigma_range);
-    let mut normals = shapes.normals;
+    let mut normals = geometry.normals;
     let alike = |normals: &[DVec3], f: usize, g: usize| (normals[f].distance_squared(normals[g]) * falloff).exp();
     if settings.scheme == Scheme::Global {
         let weight = |f, place: usize, g| near[place] * alike(&normals, f, g);
@@ -123,7 +124,7 @@ fn filtered(
     let mut next = normals.clone();
     for done in 1..=settings.iterations {
         progress.check()?;
-        filter(&neighbours, &normals, &mut next, |f, place, g| near[place] * alike(&normals, f, g));
+        filter_normals(&neighbours, &normals, &mut next, |f, place, g| near[place] * alike(&normals, f, g));
         std::mem::swap(&mut normals, &mut next);
         progress.done(f64::from(done) / f64::from(settings.iterations) / 2.0);
     }
@@ -131,12 +132,12 @@ fn filtered(
 }
 
 /// What does not change while the normals do: area and nearness of each neighbour of each face.
-fn spatial_weights(neighbours: &Ragged<Index>, shapes: &Shapes, sigma: f64) -> Vec<f64> {
+fn spatial_weights(neighbours: &Ragged<Index>, geometry: &FaceGeometry, sigma: f64) -> Vec<f64> {
     let falloff = -0.5 / (sigma * sigma);
     let of_face = |f: usize| {
         neighbours.get(f as Index).iter().map(move |&g| {
-            let distance = shapes.centroids[f].distance_squared(shapes.centroids[g as usize]);
-            shapes.areas[g as usize] * (distance * falloff).exp()
+            let distance = geometry.centroids[f].distance_squared(geometry.centroids[g as usize]);
+            geometry.areas[g as usize] * (distance * falloff).exp()
         })
     };
     (0..neighbours.len()).into_par_iter().flat_map_iter(of_face).collect()

@@ -1,7 +1,7 @@
 //! Connectivity of a triangle mesh as the estimates of noise and surface need it.
 
 use super::bilaplacian::Umbrella;
-use super::faces::Faces;
+use super::triangle_mesh::TriangleMesh;
 use crate::ragged::{Index, Ragged};
 use crate::surface::Surface;
 use glam::DVec3;
@@ -9,9 +9,9 @@ use rayon::prelude::*;
 
 /// Faces, half-edges, corners and the umbrella operator of a surface.
 pub(super) struct Connectivity {
-    pub(super) faces: Faces,
+    pub(super) mesh: TriangleMesh,
     pub(super) umbrella: Umbrella,
-    /// Half-edges of each face whose edge has two faces: index of the edge in [`Faces::pairs`], and the other face.
+    /// Half-edges of each face whose edge has two faces: index of the edge in [`TriangleMesh::edge_faces`], and the other face.
     pub(super) half_edges: Ragged<(Index, Index)>,
     /// Corners at each vertex: the triangle, and which of its three corners it is.
     pub(super) corners: Ragged<(Index, u8)>,
@@ -19,12 +19,12 @@ pub(super) struct Connectivity {
 
 impl Connectivity {
     pub(super) fn of(surface: &Surface) -> Self {
-        let faces = Faces::of(surface);
-        let both = (0..).zip(&faces.pairs).flat_map(|(e, &[f, g])| [(f, (e, g)), (g, (e, f))]);
-        let half_edges = Ragged::group(faces.len(), both);
-        let all = (0..).zip(&faces.triangles).flat_map(|(f, t)| (0..3u8).map(move |k| (t[usize::from(k)], (f, k))));
+        let mesh = TriangleMesh::of(surface);
+        let both = (0..).zip(&mesh.edge_faces).flat_map(|(e, &[f, g])| [(f, (e, g)), (g, (e, f))]);
+        let half_edges = Ragged::group(mesh.face_count(), both);
+        let all = (0..).zip(&mesh.triangles).flat_map(|(f, t)| (0..3u8).map(move |k| (t[usize::from(k)], (f, k))));
         let corners = Ragged::group(surface.positions().len(), all);
-        Self { faces, umbrella: Umbrella::of(surface), half_edges, corners }
+        Self { mesh, umbrella: Umbrella::of(surface), half_edges, corners }
     }
 
     /// Faces that share an edge with `face`.
@@ -34,8 +34,8 @@ impl Connectivity {
 
     /// Area-weighted unit normals of the vertices; zero where a vertex has no area around it. #V×3
     pub(super) fn vertex_normals(&self, positions: &[DVec3]) -> Vec<DVec3> {
-        let doubled: Vec<DVec3> = self.faces.triangles.par_iter().map(|t| doubled_area(t, positions)).collect();
-        let sum = |v: usize| self.faces.around.get(v as Index).iter().map(|&f| doubled[f as usize]).sum::<DVec3>();
+        let doubled: Vec<DVec3> = self.mesh.triangles.par_iter().map(|t| doubled_area(t, positions)).collect();
+        let sum = |v: usize| self.mesh.vertex_faces.get(v as Index).iter().map(|&f| doubled[f as usize]).sum::<DVec3>();
         (0..positions.len()).into_par_iter().with_min_len(1024).map(|v| sum(v).normalize_or_zero()).collect()
     }
 
@@ -50,9 +50,9 @@ impl Connectivity {
         const LIGHT_NOISE: f64 = 0.15;
         let moved: Vec<DVec3> = input.iter().zip(&offsets).map(|(p, offset)| *p + *offset).collect();
         let normals = self.vertex_normals(&moved);
-        let faces = &self.faces;
+        let mesh = &self.mesh;
         let flipped = |f: Index, offsets: &[DVec3]| {
-            let t = faces.triangles[f as usize];
+            let t = mesh.triangles[f as usize];
             let mean: DVec3 = t.iter().map(|&v| normals[v as usize]).sum();
             let before = doubled_area(&t, input).normalize_or_zero();
             let [a, b, c] = t.map(|v| input[v as usize] + offsets[v as usize]);
@@ -62,15 +62,15 @@ impl Connectivity {
             (sigma < LIGHT_NOISE && turned_over)
                 || (agreed > 0.0 && (agrees <= 0.0 || (turned_over && agrees < agreed)))
         };
-        let mut queue: Vec<Index> = (0..faces.len() as Index).filter(|&f| flipped(f, &offsets)).collect();
+        let mut queue: Vec<Index> = (0..mesh.face_count() as Index).filter(|&f| flipped(f, &offsets)).collect();
         while let Some(f) = queue.pop() {
             if !flipped(f, &offsets) {
                 continue;
             }
-            for v in faces.triangles[f as usize] {
+            for v in mesh.triangles[f as usize] {
                 if offsets[v as usize] != DVec3::ZERO {
                     offsets[v as usize] = DVec3::ZERO;
-                    queue.extend(faces.around.get(v));
+                    queue.extend(mesh.vertex_faces.get(v));
                 }
             }
         }

@@ -9,7 +9,8 @@
 //! exp(−|gᵢ − gⱼ|² / 2σ_r²) nⱼ over the faces within a radius, and vertices follow before the next iteration.
 
 use super::Boundary;
-use super::faces::{Faces, Shapes, filter, lists};
+use super::face_geometry::{FaceGeometry, filter_normals};
+use super::triangle_mesh::{TriangleMesh, build_lists};
 use super::vertex_update::{Updater, VertexUpdate};
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::{Index, Ragged};
@@ -62,31 +63,32 @@ pub(super) fn deltas(
     progress: &dyn Progress,
 ) -> Result<Vec<DVec3>, Cancelled> {
     progress.check()?;
-    let faces = Faces::of(surface);
-    let mut updater = Updater::new(surface, &faces, settings.vertex_update);
-    let mut shapes = Shapes::of(&faces, surface.positions());
+    let mesh = TriangleMesh::of(surface);
+    let mut updater = Updater::new(surface, &mesh, settings.vertex_update);
+    let mut geometry = FaceGeometry::of(&mesh, surface.positions());
     let neighbours = {
-        let around = faces.within(settings.radius * faces.spacing(&shapes), &shapes.centroids);
-        lists(faces.len(), |f, list| {
+        let around =
+            mesh.neighbours_within(settings.radius * geometry.mean_centroid_distance(&mesh), &geometry.centroids);
+        build_lists(mesh.face_count(), |f, list| {
             list.extend(around.get(f));
             list.push(f);
         })
     };
-    let patches = Patches::of(&faces);
+    let patches = Patches::of(&mesh);
     let mut guidance = Guidance::new(&patches);
-    let mut filtered = shapes.normals.clone();
+    let mut filtered = geometry.normals.clone();
     for done in 1..=settings.iterations {
         progress.check()?;
-        guidance.measure(&patches, &shapes);
-        let sigma = settings.sigma_spatial * faces.spacing(&shapes);
+        guidance.measure(&patches, &geometry);
+        let sigma = settings.sigma_spatial * geometry.mean_centroid_distance(&mesh);
         let [near, alike] = [sigma, settings.sigma_range].map(|sigma| -0.5 / (sigma * sigma));
-        filter(&neighbours, &shapes.normals, &mut filtered, |f, _, g| {
-            let distance = shapes.centroids[f].distance_squared(shapes.centroids[g]);
+        filter_normals(&neighbours, &geometry.normals, &mut filtered, |f, _, g| {
+            let distance = geometry.centroids[f].distance_squared(geometry.centroids[g]);
             let difference = guidance.normals[f].distance_squared(guidance.normals[g]);
-            shapes.areas[g] * (near * distance + alike * difference).exp()
+            geometry.areas[g] * (near * distance + alike * difference).exp()
         });
         updater.follow(&filtered, progress)?;
-        shapes.measure(&faces, updater.positions());
+        geometry.update(&mesh, updater.positions());
         progress.done(f64::from(done) / f64::from(settings.iterations));
     }
     Ok(updater.deltas())
@@ -103,25 +105,26 @@ struct Patches {
 }
 
 impl Patches {
-    fn of(faces: &Faces) -> Self {
-        let touching = faces.by_vertex();
-        let members = lists(faces.len(), |f, list| {
+    fn of(mesh: &TriangleMesh) -> Self {
+        let touching = mesh.vertex_neighbours();
+        let members = build_lists(mesh.face_count(), |f, list| {
             list.extend(touching.get(f));
             list.push(f);
         });
-        let of_face = Ragged::group(faces.len(), (0..).zip(&faces.pairs).flat_map(|(e, &[f, g])| [(f, e), (g, e)]));
+        let of_face =
+            Ragged::group(mesh.face_count(), (0..).zip(&mesh.edge_faces).flat_map(|(e, &[f, g])| [(f, e), (g, e)]));
         // The lower face of an edge brings it in, so that it comes once.
         let inside = |f: Index, g: Index| f == g || touching.get(f).binary_search(&g).is_ok();
-        let inner = lists(faces.len(), |f, list: &mut Vec<Index>| {
+        let inner = build_lists(mesh.face_count(), |f, list: &mut Vec<Index>| {
             for &g in members.get(f) {
                 let brought = |e: &&Index| {
-                    let [a, b] = faces.pairs[**e as usize];
+                    let [a, b] = mesh.edge_faces[**e as usize];
                     g == a.min(b) && inside(f, a.max(b))
                 };
                 list.extend(of_face.get(g).iter().filter(brought));
             }
         });
-        Self { members, inner, edges: faces.pairs.clone() }
+        Self { members, inner, edges: mesh.edge_faces.clone() }
     }
 }
 
@@ -143,8 +146,8 @@ impl Guidance {
         }
     }
 
-    fn measure(&mut self, patches: &Patches, shapes: &Shapes) {
-        let normal = |f: Index| shapes.normals[f as usize];
+    fn measure(&mut self, patches: &Patches, geometry: &FaceGeometry) {
+        let normal = |f: Index| geometry.normals[f as usize];
         self.differences.par_iter_mut().zip(&patches.edges).with_min_len(2048).for_each(|(difference, &[f, g])| {
             *difference = normal(f).distance(normal(g));
         });
@@ -155,7 +158,7 @@ impl Guidance {
                 normals.clear();
                 let mut mean = DVec3::ZERO;
                 for &g in patches.members.get(f as Index) {
-                    mean += normal(g) * shapes.areas[g as usize];
+                    mean += normal(g) * geometry.areas[g as usize];
                     normals.push(normal(g));
                 }
                 let inner = patches.inner.get(f as Index).iter().map(|&e| differences[e as usize]);

@@ -11,7 +11,8 @@
 
 use super::Boundary;
 use super::conjugate_gradients::{Stop, multiply, solve};
-use super::faces::{Faces, Shapes};
+use super::face_geometry::FaceGeometry;
+use super::triangle_mesh::TriangleMesh;
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::{Index, Ragged};
 use crate::surface::Surface;
@@ -60,16 +61,16 @@ const MOST_ROUNDS: f64 = 1000.0;
 /// δ of the solution. #V×3, model units.
 pub(super) fn deltas(surface: &Surface, settings: &L0, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
     progress.check()?;
-    let faces = Faces::of(surface);
+    let mesh = TriangleMesh::of(surface);
     let input = surface.positions();
-    let mut shapes = Shapes::of(&faces, input);
-    let bend = faces.mean_bend(&shapes);
+    let mut geometry = FaceGeometry::of(&mesh, input);
+    let bend = geometry.mean_dihedral_angle(&mesh);
     let mean_edge = surface.mean_edge();
     let lambda = settings.sparsity * 0.2 * mean_edge * mean_edge * bend;
     let (mut alpha, mut beta) = (settings.alpha * bend, settings.beta_min);
     let stays = |v: Index| settings.boundary == Boundary::Fixed && surface.topology().is_boundary(v);
     let fixed: Vec<bool> = (0..input.len() as Index).map(stays).collect();
-    let mut edges = Edges::of(&faces, input.len());
+    let mut edges = Edges::of(&mesh, input.len());
     let mut matrix = Matrix::of(&edges);
     // The solution is found as a way from the input, which does not depend on where the origin is.
     let mut way = vec![DVec3::ZERO; input.len()];
@@ -77,7 +78,7 @@ pub(super) fn deltas(surface: &Surface, settings: &L0, progress: &dyn Progress) 
     let mut positions = input.to_vec();
     let rounds = ((settings.beta_max / beta).ln() / settings.beta_growth.ln()).ceil().clamp(0.0, MOST_ROUNDS) as u32;
     for done in 1..=rounds {
-        edges.measure(&faces, &shapes, &positions);
+        edges.measure(&mesh, &geometry, &positions);
         let threshold = lambda / beta;
         let at = |points: &[DVec3], e: usize| edges.difference(points, e);
         // α R(p⁰) and β (D(p⁰) − δ), whose adjoints are minus the right-hand side.
@@ -101,7 +102,7 @@ pub(super) fn deltas(surface: &Surface, settings: &L0, progress: &dyn Progress) 
         before = way;
         way = solve(system, &matrix.diagonal(), &right, ahead, limits, progress)?;
         positions.par_iter_mut().zip(input).zip(&way).for_each(|((x, p), way)| *x = *p + *way);
-        shapes.measure(&faces, &positions);
+        geometry.update(&mesh, &positions);
         beta *= settings.beta_growth;
         alpha *= settings.alpha_growth;
         progress.done(f64::from(done) / f64::from(rounds));
@@ -122,9 +123,9 @@ struct Edges {
 const FOLD: [f64; 4] = [1.0, -1.0, 1.0, -1.0];
 
 impl Edges {
-    fn of(faces: &Faces, vertex_count: usize) -> Self {
+    fn of(mesh: &TriangleMesh, vertex_count: usize) -> Self {
         let third = |f: Index, a: Index, b: Index| {
-            let [i, j, k] = faces.triangles[f as usize];
+            let [i, j, k] = mesh.triangles[f as usize];
             if i != a && i != b {
                 i
             } else if j != a && j != b {
@@ -134,18 +135,18 @@ impl Edges {
             }
         };
         let four = |(&[f, g], &[a, b]): (&[Index; 2], &[Index; 2])| [a, third(g, a, b), b, third(f, a, b)];
-        let vertices: Vec<[Index; 4]> = faces.pairs.iter().zip(&faces.pair_edges).map(four).collect();
+        let vertices: Vec<[Index; 4]> = mesh.edge_faces.iter().zip(&mesh.edge_vertices).map(four).collect();
         let slots = (0..).zip(&vertices).flat_map(|(e, four)| (0..4u8).map(move |k| (four[usize::from(k)], (e, k))));
         let at = Ragged::group(vertex_count, slots);
         Self { coefficients: vec![[0.0; 4]; vertices.len()], vertices, at }
     }
 
     /// D for these positions; zero where it does not exist.
-    fn measure(&mut self, faces: &Faces, shapes: &Shapes, positions: &[DVec3]) {
-        let slots = self.coefficients.par_iter_mut().zip(&self.vertices).zip(&faces.pairs).with_min_len(1024);
+    fn measure(&mut self, mesh: &TriangleMesh, geometry: &FaceGeometry, positions: &[DVec3]) {
+        let slots = self.coefficients.par_iter_mut().zip(&self.vertices).zip(&mesh.edge_faces).with_min_len(1024);
         slots.for_each(|((out, vertices), &[f, g])| {
             let [p1, p2, p3, p4] = vertices.map(|v| positions[v as usize]);
-            let [area_134, area_123] = [f, g].map(|f| shapes.areas[f as usize]);
+            let [area_134, area_123] = [f, g].map(|f| geometry.areas[f as usize]);
             let total = area_123 + area_134;
             let scale = p1.distance_squared(p3) * total;
             *out = [
@@ -270,9 +271,9 @@ mod tests {
             let grid = shapes::grid(4);
             let bent = grid.positions().iter().map(|p| *p + DVec3::Z * lift * (p.x - 0.5).abs());
             let surface = grid.at(bent.collect());
-            let faces = Faces::of(&surface);
-            let mut edges = Edges::of(&faces, surface.positions().len());
-            edges.measure(&faces, &Shapes::of(&faces, surface.positions()), surface.positions());
+            let mesh = TriangleMesh::of(&surface);
+            let mut edges = Edges::of(&mesh, surface.positions().len());
+            edges.measure(&mesh, &FaceGeometry::of(&mesh, surface.positions()), surface.positions());
             let count = edges.vertices.len();
             let jumps = (0..count).map(|e| edges.difference(surface.positions(), e).length());
             (jumps.filter(|jump| *jump > 1e-12).count(), count)
@@ -285,10 +286,10 @@ mod tests {
     #[test]
     fn the_matrix_is_that_of_the_operators() {
         let sphere = shapes::dented_sphere(2);
-        let faces = Faces::of(&sphere);
+        let mesh = TriangleMesh::of(&sphere);
         let points = sphere.positions();
-        let mut edges = Edges::of(&faces, points.len());
-        edges.measure(&faces, &Shapes::of(&faces, points), points);
+        let mut edges = Edges::of(&mesh, points.len());
+        edges.measure(&mesh, &FaceGeometry::of(&mesh, points), points);
         let (alpha, beta) = (0.3, 7.0);
         let mut matrix = Matrix::of(&edges);
         // Twice: what was there before must be gone.

@@ -13,7 +13,8 @@
 
 use super::Boundary;
 use super::conjugate_gradients::{ConjugateGradients, Stop, multiply};
-use super::faces::{Faces, Shapes};
+use super::face_geometry::FaceGeometry;
+use super::triangle_mesh::TriangleMesh;
 use super::vertex_update::{Updater, VertexUpdate};
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::{Index, Ragged};
@@ -51,14 +52,14 @@ pub(super) fn deltas(
     progress: &dyn Progress,
 ) -> Result<Vec<DVec3>, Cancelled> {
     progress.check()?;
-    let faces = Faces::of(surface);
-    let mut updater = Updater::new(surface, &faces, settings.vertex_update);
-    let shapes = Shapes::of(&faces, surface.positions());
-    let bend = faces.mean_bend(&shapes);
+    let mesh = TriangleMesh::of(surface);
+    let mut updater = Updater::new(surface, &mesh, settings.vertex_update);
+    let geometry = FaceGeometry::of(&mesh, surface.positions());
+    let bend = geometry.mean_dihedral_angle(&mesh);
     let normals = if bend > 0.0 {
-        filtered(&Operators::of(&faces, surface, &shapes), &shapes.normals, settings, bend, progress)?
+        filtered(&Operators::of(&mesh, surface, &geometry), &geometry.normals, settings, bend, progress)?
     } else {
-        shapes.normals
+        geometry.normals
     };
     updater.follow(&normals, progress)?;
     Ok(updater.deltas())
@@ -204,17 +205,17 @@ struct Operators {
 }
 
 impl Operators {
-    fn of(faces: &Faces, surface: &Surface, shapes: &Shapes) -> Self {
+    fn of(mesh: &TriangleMesh, surface: &Surface, geometry: &FaceGeometry) -> Self {
         let positions = surface.positions();
         let length = |&[a, b]: &[Index; 2]| positions[a as usize].distance(positions[b as usize]);
-        let total: f64 = faces.pair_edges.iter().map(length).sum();
-        let unit = if total > 0.0 { total / faces.pair_edges.len() as f64 } else { 1.0 };
+        let total: f64 = mesh.edge_vertices.iter().map(length).sum();
+        let unit = if total > 0.0 { total / mesh.edge_vertices.len() as f64 } else { 1.0 };
         // Faces without area and edges without length would have no equation.
-        let areas = shapes.areas.iter().map(|area| (area / (unit * unit)).max(1e-9)).collect();
-        let edge_lengths: Vec<f64> = faces.pair_edges.iter().map(|ends| (length(ends) / unit).max(1e-9)).collect();
-        let sides = (0..).zip(&faces.pairs).flat_map(|(e, &[f, g])| [(f, (e, 1.0)), (g, (e, -1.0))]);
+        let areas = geometry.areas.iter().map(|area| (area / (unit * unit)).max(1e-9)).collect();
+        let edge_lengths: Vec<f64> = mesh.edge_vertices.iter().map(|ends| (length(ends) / unit).max(1e-9)).collect();
+        let sides = (0..).zip(&mesh.edge_faces).flat_map(|(e, &[f, g])| [(f, (e, 1.0)), (g, (e, -1.0))]);
         // Edges of each face, and the sign of the face there.
-        let sides: Ragged<(Index, f64)> = Ragged::group(faces.len(), sides);
+        let sides: Ragged<(Index, f64)> = Ragged::group(mesh.face_count(), sides);
         let weighted = |&(e, sign): &(Index, f64)| (e, sign * edge_lengths[e as usize]);
         let divergence = sides.iter().map(|own| Row::of(own.iter().map(weighted))).collect();
         let line = |l: usize| {
@@ -222,14 +223,14 @@ impl Operators {
             let [Some(first), Some(second)] = [l + 1, l + 2].map(|k| own.get(k % 3)) else {
                 return (Row::of([]), 0.0);
             };
-            let [[a, b], [c, d]] = [first, second].map(|side| faces.pair_edges[side.0 as usize]);
+            let [[a, b], [c, d]] = [first, second].map(|side| mesh.edge_vertices[side.0 as usize]);
             let shared = if a == c || a == d { a } else { b };
-            let length = shapes.centroids[l / 3].distance(positions[shared as usize]) / unit;
+            let length = geometry.centroids[l / 3].distance(positions[shared as usize]) / unit;
             (Row::of([*first, *second]), length)
         };
-        let (lines, line_lengths): (Vec<_>, Vec<_>) = (0..3 * faces.len()).into_par_iter().map(line).unzip();
+        let (lines, line_lengths): (Vec<_>, Vec<_>) = (0..3 * mesh.face_count()).into_par_iter().map(line).unzip();
         let at_edge = |e: usize| {
-            Row::of(faces.pairs[e].into_iter().flat_map(|f| {
+            Row::of(mesh.edge_faces[e].into_iter().flat_map(|f| {
                 let near = (3 * f..3 * f + 3).map(|l| (l, lines[l as usize]));
                 near.map(|(l, line): (Index, Row<2>)| {
                     let of_edge = line.columns.iter().zip(line.values).find(|(column, _)| **column == e as Index);
@@ -238,8 +239,8 @@ impl Operators {
                 .filter(|(_, weight)| *weight != 0.0)
             }))
         };
-        let at_edges = (0..faces.pairs.len()).into_par_iter().map(at_edge).collect();
-        Self { areas, edge_faces: faces.pairs.clone(), edge_lengths, divergence, lines, at_edges }
+        let at_edges = (0..mesh.edge_faces.len()).into_par_iter().map(at_edge).collect();
+        Self { areas, edge_faces: mesh.edge_faces.clone(), edge_lengths, divergence, lines, at_edges }
     }
 
     /// κ A + ∇ᵀ l ∇. #T×#T
@@ -280,20 +281,21 @@ mod tests {
     #[test]
     fn second_differences_of_a_gradient_look_at_three_faces() {
         let sphere = shapes::dented_sphere(2);
-        let faces = Faces::of(&sphere);
-        let shapes = Shapes::of(&faces, sphere.positions());
-        let operators = Operators::of(&faces, &sphere, &shapes);
+        let mesh = TriangleMesh::of(&sphere);
+        let geometry = FaceGeometry::of(&mesh, sphere.positions());
+        let operators = Operators::of(&mesh, &sphere, &geometry);
         // Three corners of each face, none at a boundary.
-        assert_eq!(operators.lines.len(), 3 * faces.len());
+        assert_eq!(operators.lines.len(), 3 * mesh.face_count());
         let gradient = |e: usize| {
             let [f, g] = operators.edge_faces[e];
-            shapes.normals[f as usize] - shapes.normals[g as usize]
+            geometry.normals[f as usize] - geometry.normals[g as usize]
         };
         for line in &operators.lines {
             let [[f, g], [h, i]] = line.columns.map(|e| operators.edge_faces[e as usize]);
             let centre = if f == h || f == i { f } else { g };
             let others = [f, g, h, i].into_iter().filter(|face| *face != centre);
-            let expected = others.fold(2.0 * shapes.normals[centre as usize], |s, g| s - shapes.normals[g as usize]);
+            let expected =
+                others.fold(2.0 * geometry.normals[centre as usize], |s, g| s - geometry.normals[g as usize]);
             assert!(line.times(gradient).distance(expected) < 1e-15);
         }
     }

@@ -5,7 +5,7 @@
 //! the normals of such vertices, and of no others, lean to the way that the vertex goes.
 
 use super::{Along, Loss, Wanted, moved};
-use crate::denoise::faces::Shapes;
+use crate::denoise::face_geometry::FaceGeometry;
 use crate::progress::{Cancelled, Progress};
 use glam::{DVec3, Vec3};
 
@@ -27,7 +27,7 @@ impl Wanted<'_> {
         for _ in 0..ROUNDS {
             let before = count(&leans);
             for f in self.turned(&along) {
-                for v in self.faces.triangles[f] {
+                for v in self.mesh.triangles[f] {
                     leans[v as usize] = self.deltas[v as usize] != DVec3::ZERO;
                 }
             }
@@ -43,7 +43,7 @@ impl Wanted<'_> {
 
     /// Triangles that are not turned as on the denoised surface.
     fn turned(&self, along: &Along) -> Vec<usize> {
-        let held = Shapes::of(&self.faces, &moved(self.surface, &along.deltas())).normals;
+        let held = FaceGeometry::of(&self.mesh, &moved(self.surface, &along.deltas())).normals;
         let least = TURNED.to_radians().cos();
         (0..held.len()).filter(|&f| held[f].dot(self.denoised[f]) < least).collect()
     }

@@ -68,7 +68,7 @@ impl Evaluation<'_> {
 
     /// Runs the candidates, estimates their risks and gives each its share of the best mixture.
     pub(super) fn best_mixture(&self, candidates: &[Candidate], progress: &dyn Progress) -> Result<Mixture, Cancelled> {
-        let probe_count = (TRIANGLE_BUDGET / self.problem.connectivity.faces.len().max(1)).clamp(1, MAX_PROBES);
+        let probe_count = (TRIANGLE_BUDGET / self.problem.connectivity.mesh.face_count().max(1)).clamp(1, MAX_PROBES);
         let parts = Parts::new(progress, candidates.len() * (1 + probe_count) + 1);
         let run = |candidate: Candidate, input: &PerturbedInput| {
             parts.run(|| candidate.offsets(&self.problem, &input.input, &input.guess, progress))?
@@ -179,7 +179,7 @@ fn mixture_weights(
     let responses: Vec<Response> = results.par_iter().map(response).collect();
     let all_risks: Vec<Vec<f64>> = responses.iter().map(Response::risks).collect();
     let mean = |f: usize| all_risks.iter().map(|risks| risks[f]).sum::<f64>() / all_risks.len() as f64;
-    let reference: Vec<f64> = (0..estimator.connectivity.faces.len()).map(mean).collect();
+    let reference: Vec<f64> = (0..estimator.connectivity.mesh.face_count()).map(mean).collect();
     let all_pairs = (0..responses.len()).flat_map(|a| (a..responses.len()).map(move |b| [a, b]));
     let pairs: Vec<[usize; 2]> = all_pairs.filter(|[a, b]| candidates[*a].mixes_with(candidates[*b])).collect();
     let risk = |[a, b]: &[usize; 2]| estimator.risk_difference([&responses[*a], &responses[*b]], &reference);

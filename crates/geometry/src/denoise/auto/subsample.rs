@@ -36,7 +36,7 @@ pub(super) struct Subsample {
 
 /// Takes patches from all over the surface; `None` for a mesh that is small enough to be evaluated as a whole.
 pub(super) fn subsample(surface: &Surface, connectivity: &Connectivity, sizes: PatchSizes) -> Option<Subsample> {
-    let triangles = &connectivity.faces.triangles;
+    let triangles = &connectivity.mesh.triangles;
     let count = triangles.len();
     if count <= sizes.whole {
         return None;
@@ -80,7 +80,7 @@ fn with_margin(triangles: &[[Index; 3]], patches: &[bool], rings: usize, vertex_
 
 /// Patches that grow from their seeds over edges until they have their size or meet each other. #T
 fn grow_patches(connectivity: &Connectivity, seeds: impl Iterator<Item = usize>, size: usize) -> Vec<bool> {
-    let mut taken = vec![false; connectivity.faces.len()];
+    let mut taken = vec![false; connectivity.mesh.face_count()];
     for seed in seeds {
         let mut queue = Vec::from_iter((!taken[seed]).then_some(seed));
         queue.iter().for_each(|&f| taken[f] = true);

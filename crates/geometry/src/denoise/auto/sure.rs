@@ -54,7 +54,7 @@ impl SureEstimator<'_> {
     /// All are #V×3, model units; the latter two have one entry for each probe.
     pub(super) fn response(&self, offsets: &[DVec3], derivatives: &[Vec<DVec3>], probes: &[Vec<DVec3>]) -> Response {
         let normal_changes = |offsets: &[DVec3]| {
-            let mut changes = vec![DVec3::ZERO; self.connectivity.faces.len()];
+            let mut changes = vec![DVec3::ZERO; self.connectivity.mesh.face_count()];
             self.linear.apply_jacobian(self.connectivity, offsets, &mut changes);
             self.smoothed(&changes)
         };
@@ -82,7 +82,7 @@ impl SureEstimator<'_> {
         const TRIMMED: f64 = 0.02;
         /// Number of times that values are averaged over neighbours, so that trimming cuts off regions rather than noise.
         const SMOOTHINGS: usize = 3;
-        let count = self.connectivity.faces.len();
+        let count = self.connectivity.mesh.face_count();
         let mean_area = self.linear.areas.iter().sum::<f64>() / count.max(1) as f64;
         let [of_a, of_b] = [a, b].map(|response| response.divergences(probe));
         let one = |f: usize| {

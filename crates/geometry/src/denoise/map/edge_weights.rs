@@ -62,7 +62,7 @@ impl HalfEdgeWeights {
     /// Weights of zero, to be filled by [`Self::update`].
     pub(super) fn new(connectivity: &Connectivity) -> Self {
         let count = connectivity.half_edges.items().len();
-        let centroids = vec![DVec3::ZERO; connectivity.faces.len()];
+        let centroids = vec![DVec3::ZERO; connectivity.mesh.face_count()];
         Self { all: vec![HalfEdgeWeight::default(); count], centroids }
     }
 
@@ -76,9 +76,9 @@ impl HalfEdgeWeights {
         shape_operators: &[Symmetric],
         robust: &RobustWeights,
     ) {
-        let faces = &connectivity.faces;
+        let mesh = &connectivity.mesh;
         let centroid = |t: &[u32; 3]| t.iter().map(|&v| positions[v as usize]).sum::<DVec3>() / 3.0;
-        self.centroids.par_iter_mut().zip(&faces.triangles).for_each(|(c, t)| *c = centroid(t));
+        self.centroids.par_iter_mut().zip(&mesh.triangles).for_each(|(c, t)| *c = centroid(t));
         let centroids = &self.centroids;
         let of_edge = |(&[f, g], &[a, b]): (&[u32; 2], &[u32; 2])| {
             let [f, g] = [f, g].map(|f| f as usize);
@@ -95,13 +95,13 @@ impl HalfEdgeWeights {
                 shape_operator_weight: robust.curvature * length * of_normal * of_shape_operator,
             }
         };
-        let edges = faces.pairs.par_iter().zip(&faces.pair_edges).with_min_len(CHUNK);
+        let edges = mesh.edge_faces.par_iter().zip(&mesh.edge_vertices).with_min_len(CHUNK);
         let edges: Vec<HalfEdgeWeight> = edges.map(of_edge).collect();
         let of_face = |f: usize| connectivity.half_edges.get(f as u32).iter().map(move |&(e, _)| (e as usize, f));
-        let half_edges = (0..faces.len()).flat_map(of_face);
+        let half_edges = (0..mesh.face_count()).flat_map(of_face);
         for (half_edge, (e, f)) in self.all.iter_mut().zip(half_edges) {
             *half_edge = edges[e];
-            if faces.pairs[e][0] as usize != f {
+            if mesh.edge_faces[e][0] as usize != f {
                 half_edge.centroid_offset = -half_edge.centroid_offset;
             }
         }

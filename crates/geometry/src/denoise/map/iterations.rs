@@ -56,7 +56,7 @@ impl<'a> Problem<'a> {
         let input: Vec<DVec3> = input.iter().map(|p| *p * unit).collect();
         let mut offsets: Vec<DVec3> = guess.iter().zip(&input).map(|(x, p)| *x * unit - p).collect();
         offsets.iter_mut().enumerate().for_each(|(v, offset)| *offset = self.constraint.projected(v, *offset));
-        let shape_operators = vec![Symmetric::default(); connectivity.faces.len()];
+        let shape_operators = vec![Symmetric::default(); connectivity.mesh.face_count()];
         let mut unknowns = Unknowns { offsets, shape_operators };
         let mut positions = vec![DVec3::ZERO; input.len()];
         let mut normals = LinearisedNormals::default();

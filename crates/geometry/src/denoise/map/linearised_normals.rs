@@ -21,12 +21,12 @@ impl LinearisedNormals {
     /// Linearises at `positions` (#V×3). Longer gradients |gₖ| than `max_gradient`, which are those of slivers, are shortened
     /// to it, so that slivers do not outweigh all other triangles.
     pub(in crate::denoise) fn update(&mut self, connectivity: &Connectivity, positions: &[DVec3], max_gradient: f64) {
-        let count = connectivity.faces.len();
+        let count = connectivity.mesh.face_count();
         self.normals.resize(count, DVec3::ZERO);
         self.gradients.resize(count, [DVec3::ZERO; 3]);
         self.areas.resize(count, 0.0);
         let slots = self.normals.par_iter_mut().zip(&mut self.gradients).zip(&mut self.areas);
-        slots.zip(&connectivity.faces.triangles).with_min_len(CHUNK).for_each(|(((normal, gradients), area), t)| {
+        slots.zip(&connectivity.mesh.triangles).with_min_len(CHUNK).for_each(|(((normal, gradients), area), t)| {
             let [a, b, c] = t.map(|v| positions[v as usize]);
             let doubled = (b - a).cross(c - a);
             let length = doubled.length();
@@ -41,7 +41,7 @@ impl LinearisedNormals {
 
     /// Directional derivative of each normal (`out`, #T×3) for offsets of the vertices (#V×3).
     pub(in crate::denoise) fn apply_jacobian(&self, connectivity: &Connectivity, offsets: &[DVec3], out: &mut [DVec3]) {
-        let slots = out.par_iter_mut().zip(&self.normals).zip(&self.gradients).zip(&connectivity.faces.triangles);
+        let slots = out.par_iter_mut().zip(&self.normals).zip(&self.gradients).zip(&connectivity.mesh.triangles);
         slots.with_min_len(CHUNK).for_each(|(((out, n), gradients), t)| {
             let tilt = |k: usize| gradients[k] * n.dot(offsets[t[k] as usize]);
             *out = -(tilt(0) + tilt(1) + tilt(2));

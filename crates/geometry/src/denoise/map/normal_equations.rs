@@ -25,7 +25,7 @@ impl Unknowns {
     fn zero(connectivity: &Connectivity) -> Self {
         Self {
             offsets: vec![DVec3::ZERO; connectivity.corners.len()],
-            shape_operators: vec![Symmetric::default(); connectivity.faces.len()],
+            shape_operators: vec![Symmetric::default(); connectivity.mesh.face_count()],
         }
     }
 }
@@ -156,7 +156,7 @@ type FaceChunk<'a> = (usize, (&'a mut [Symmetric], &'a mut [[f64; 3]]));
 
 impl<'a> Operator<'a> {
     fn new(connectivity: &'a Connectivity, constraint: &'a BoundaryConstraint, data: f64, prior: &Prior) -> Self {
-        let (vertices, faces) = (connectivity.corners.len(), connectivity.faces.len());
+        let (vertices, faces) = (connectivity.corners.len(), connectivity.mesh.face_count());
         Self {
             connectivity,
             constraint,

@@ -5,7 +5,7 @@
 //! xᵢ = pᵢ − hᵢ dᵢ, the same system is solved in the space that the directions d span.
 
 use crate::denoise::conjugate_gradients::{Stop, multiply, solve};
-use crate::denoise::faces::Faces;
+use crate::denoise::triangle_mesh::TriangleMesh;
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
 use glam::DVec3;
@@ -20,7 +20,7 @@ const ENOUGH: Stop = Stop { tolerance: 1e-8, max_steps: 1000 };
 
 /// What is fitted.
 pub(in crate::denoise) struct System<'a> {
-    pub(in crate::denoise) faces: &'a Faces,
+    pub(in crate::denoise) mesh: &'a TriangleMesh,
     /// #T×3, unit or zero.
     pub(in crate::denoise) normals: &'a [DVec3],
     /// Vertices that stay. #V
@@ -40,12 +40,12 @@ impl System<'_> {
         progress: &dyn Progress,
     ) -> Result<Vec<DVec3>, Cancelled> {
         let w = self.closeness;
-        let around = |v: usize| self.faces.around.get(v as Index).iter().map(|&f| f as usize);
-        let mut means = vec![0.0; self.faces.len()];
+        let around = |v: usize| self.mesh.vertex_faces.get(v as Index).iter().map(|&f| f as usize);
+        let mut means = vec![0.0; self.mesh.face_count()];
         // n_f · mean of the three corners.
         let measure = |x: &[DVec3], means: &mut Vec<f64>| {
             means.par_iter_mut().enumerate().with_min_len(2048).for_each(|(f, mean)| {
-                let [a, b, c] = self.faces.triangles[f].map(|v| x[v as usize]);
+                let [a, b, c] = self.mesh.triangles[f].map(|v| x[v as usize]);
                 *mean = self.normals[f].dot(a + b + c) / 3.0;
             });
         };
@@ -59,7 +59,7 @@ impl System<'_> {
             let at = start[v];
             around(v).fold(w * (anchors[v] - at), |sum, f| {
                 let n = self.normals[f];
-                let [a, b, c] = self.faces.triangles[f].map(|v| start[v as usize] - at);
+                let [a, b, c] = self.mesh.triangles[f].map(|v| start[v as usize] - at);
                 sum + n * (n.dot(a + b + c) / 3.0)
             })
         };
