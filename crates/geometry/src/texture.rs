@@ -54,17 +54,27 @@ pub enum Texels {
     Interpolated,
 }
 
+/// A surface in the texture: where its corners lie there and which texels its triangles cover.
+#[derive(Clone, Copy, Debug)]
+pub struct TextureLayout<'a> {
+    /// Surface that is mapped to the texture.
+    pub surface: &'a Surface,
+    /// Texture coordinates of its corners.
+    pub atlas: &'a Atlas,
+    /// Triangle of each texel, for this surface and atlas.
+    pub coverage: &'a Coverage,
+}
+
 /// Spreads heights (#V, model units) over the texture; every texel gets one, inside charts and out.
 ///
 /// All values lie between the lowest and the highest height.
 pub fn bake(
-    surface: &Surface,
-    atlas: &Atlas,
+    layout: TextureLayout,
     heights: &[f64],
-    coverage: &Coverage,
     interpolation: Interpolation,
     progress: &dyn Progress,
 ) -> Result<HeightMap, Cancelled> {
+    let TextureLayout { surface, atlas, coverage } = layout;
     let size = coverage.size();
     progress.stage("interpolating");
     let wedges = match interpolation {
