@@ -204,8 +204,7 @@ impl Denoiser {
     }
     /// p*ᵢ = pᵢ − δᵢ. #V×3, model units.
     pub fn denoised(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
-        let deltas = self.deltas(surface, progress)?;
-        Ok(surface.positions().iter().zip(deltas).map(|(p, delta)| *p - delta).collect())
+        Ok(surface.moved_by(&self.deltas(surface, progress)?))
     }
 }
 

@@ -108,9 +108,8 @@ fn main() -> Result<(), Failure> {
             None => model(&pair.noisy)?,
             Some(sigma) => {
                 let noise = Noise { sigma, direction: noise::Direction::Normal, share: 1.0, seed: 11 };
-                let lifted = noise::displacements(clean.surface(), &noise);
-                let moved: Vec<DVec3> = clean.surface().positions().iter().zip(lifted).map(|(p, d)| *p + d).collect();
-                let written = clean.obj().with_positions(&clean.weld().spread(&moved), None);
+                let moved = noise::noisy(clean.surface(), &noise);
+                let written = clean.obj().with_positions(&clean.weld().spread(moved.positions()), None);
                 Model::new(Obj::parse(written)?, Welding::Exact)
             }
         };
@@ -178,7 +177,7 @@ fn run(name: &str, model: &Model) -> Result<(Vec<DVec3>, f64), Failure> {
     let (deltas, choice) = auto::choose(model.surface(), &Auto::default(), &Silent)?;
     let seconds = cpu_seconds() - before;
     eprintln!("{name}: {choice}");
-    Ok((model.surface().positions().iter().zip(deltas).map(|(p, delta)| *p - delta).collect(), seconds))
+    Ok((model.surface().moved_by(&deltas), seconds))
 }
 
 fn save(folder: &Option<String>, name: &str, model: &Model, positions: &[DVec3]) -> Result<(), Failure> {

@@ -52,7 +52,7 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
         DenoisingError::Cancelled(_) => Failure::Interrupted,
     })?;
     let Moved { deltas, along, limits, choice } = moved;
-    let places: Vec<_> = surface.positions().iter().zip(&deltas).map(|(p, d)| *p - *d).collect();
+    let places = surface.moved_by(&deltas);
     if let Some(v) = places.iter().position(|p| !p.is_finite()) {
         let line = model.weld().first()[v] + 1;
         return Err(Failure::Internal(format!(

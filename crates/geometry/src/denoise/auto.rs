@@ -235,8 +235,7 @@ mod tests {
 
     fn noisy_in(clean: &Surface, sigma: f64, direction: noise::Direction) -> Surface {
         let noise = Noise { sigma, direction, share: 1.0, seed: 3 };
-        let lifted = noise::displacements(clean, &noise);
-        clean.at(clean.positions().iter().zip(lifted).map(|(p, d)| *p + d).collect())
+        noise::noisy(clean, &noise)
     }
 
     /// Mean angle between the normals of two surfaces, degrees.
@@ -251,7 +250,7 @@ mod tests {
         let clean = shapes::sphere(3);
         let noisy = noisy(&clean, 0.2);
         let (deltas, choice) = choose(&noisy, &Auto::default(), &Silent).unwrap();
-        let result: Vec<DVec3> = noisy.positions().iter().zip(deltas).map(|(p, d)| *p - d).collect();
+        let result = noisy.moved_by(&deltas);
         // From 22°. Curvature is 0.15 radians an edge, and the nearest smoothing by hand leaves 3.5°.
         assert!(off(&clean, &result) < 4.0, "{} {choice}", off(&clean, &result));
         // 642 vertices: the deviation is known to 3 %; three times that, and a tenth that the curvature may add.
@@ -268,7 +267,7 @@ mod tests {
             ball.at(ball.positions().iter().map(|p| p.clamp(DVec3::splat(-0.75), DVec3::splat(0.75))).collect());
         let left = |noisy: &Surface, across: Option<f64>| {
             let (deltas, choice) = choose(noisy, &Auto { noise_across: across, ..Auto::default() }, &Silent).unwrap();
-            let result: Vec<DVec3> = noisy.positions().iter().zip(deltas).map(|(p, d)| *p - d).collect();
+            let result = noisy.moved_by(&deltas);
             (off(&clean, &result), choice)
         };
         let along = noisy_in(&clean, 0.2, noise::Direction::Normal);
@@ -318,7 +317,7 @@ mod tests {
         let clean = gridded_box(24);
         let noisy = noisy(&clean, 0.3);
         let (deltas, choice) = choose(&noisy, &Auto::default(), &Silent).unwrap();
-        let result: Vec<DVec3> = noisy.positions().iter().zip(deltas).map(|(p, d)| *p - d).collect();
+        let result = noisy.moved_by(&deltas);
         // From 33°. Judged along the normals of the smoothed mesh, half of it was linear smoothing, and 5.4° were
         // left; now 1.4°.
         assert!(off(&clean, &result) < 2.5, "{} {choice}", off(&clean, &result));

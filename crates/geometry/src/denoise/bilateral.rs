@@ -116,7 +116,7 @@ mod tests {
         let grid = shapes::grid(20);
         let noise = Noise { sigma: 0.1, direction: Direction::Normal, share: 1.0, seed: 5 };
         let lifted = noise::displacements(&grid, &noise);
-        let noisy = grid.at(grid.positions().iter().zip(&lifted).map(|(p, lift)| *p + *lift).collect());
+        let noisy = noise::noisy(&grid, &noise);
         let deltas = deltas(&noisy, &Bilateral { boundary: Boundary::Free, ..Bilateral::default() }, &Silent).unwrap();
         let squares = |heights: &dyn Fn(usize) -> f64| (0..deltas.len()).map(|v| heights(v).powi(2)).sum::<f64>();
         let (before, after) = (squares(&|v| lifted[v].z), squares(&|v| lifted[v].z - deltas[v].z));

@@ -72,10 +72,7 @@ mod tests {
     #[test]
     fn it_shrinks_a_sphere_far_less_than_the_plain_step() {
         let sphere = shapes::sphere(3);
-        let lost = |deltas: Vec<DVec3>| {
-            let denoised = sphere.positions().iter().zip(deltas).map(|(p, d)| *p - d);
-            1.0 - sphere.at(denoised.collect()).volume() / sphere.volume()
-        };
+        let lost = |deltas: Vec<DVec3>| 1.0 - sphere.at(sphere.moved_by(&deltas)).volume() / sphere.volume();
         let hc = lost(deltas(&sphere, &Hc::default(), &Silent).unwrap());
         let steps = Laplacian { iterations: 8, step: 1.0, ..Laplacian::default() };
         let plain = lost(plain::deltas(&sphere, &steps, &Silent).unwrap());

@@ -181,7 +181,7 @@ mod tests {
         let surface = shapes::dented_sphere(2);
         let settings = Implicit { iterations: 1, time: 3.0, ..Implicit::default() };
         let deltas = deltas(&surface, &settings, &Silent).unwrap();
-        let x: Vec<DVec3> = surface.positions().iter().zip(deltas).map(|(p, d)| *p - d).collect();
+        let x = surface.moved_by(&deltas);
         for ((x, way), p) in x.iter().zip(laplacian::uniform(surface.topology(), &x)).zip(surface.positions()) {
             assert!((*x - 3.0 * way).distance(*p) < 1e-10);
         }

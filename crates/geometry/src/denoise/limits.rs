@@ -245,7 +245,7 @@ mod tests {
         let after = |volume| {
             let denoising = Denoising { denoiser: denoiser.clone(), limits: Limits { volume, ..Limits::default() } };
             let Moved { deltas, limits: outcome, .. } = denoising.run(&sphere, &weld, &Silent).unwrap();
-            (sphere.at(sphere.positions().iter().zip(deltas).map(|(p, d)| *p - d).collect()), outcome)
+            (sphere.at(sphere.moved_by(&deltas)), outcome)
         };
         let [(shrunk, _), (restored, outcome)] = [Volume::Free, Volume::Preserve].map(after);
         let change = outcome.unwrap().volume.unwrap();

@@ -64,7 +64,7 @@ mod tests {
         let volume_after = |inflate| {
             let settings = Taubin { iterations: 20, inflate, ..Taubin::default() };
             let deltas = deltas(&sphere, &settings, &Silent).unwrap();
-            sphere.at(sphere.positions().iter().zip(deltas).map(|(p, d)| *p - d).collect()).volume() / sphere.volume()
+            sphere.at(sphere.moved_by(&deltas)).volume() / sphere.volume()
         };
         // Below the pass band the gain of a pair is a little above one: (1 − λk)(1 − μk) for the k of the coordinates.
         assert!((volume_after(-0.53) - 1.0).abs() < 0.05, "{}", volume_after(-0.53));

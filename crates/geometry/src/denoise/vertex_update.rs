@@ -226,8 +226,7 @@ mod tests {
     fn noisy(sigma: f64) -> (Surface, Surface, TriangleMesh) {
         let sphere = shapes::sphere(3);
         let noise = Noise { sigma, direction: noise::Direction::Normal, share: 1.0, seed: 3 };
-        let lifted = noise::displacements(&sphere, &noise);
-        let noisy = sphere.at(sphere.positions().iter().zip(lifted).map(|(p, d)| *p + d).collect());
+        let noisy = noise::noisy(&sphere, &noise);
         let mesh = TriangleMesh::of(&sphere);
         (sphere, noisy, mesh)
     }

@@ -34,7 +34,7 @@ pub(super) fn restore(
     progress: &dyn Progress,
 ) -> Result<VolumeChange, Cancelled> {
     let volume = Volume::of(surface);
-    let denoised = surface.at(surface.positions().iter().zip(&*deltas).map(|(p, d)| *p - *d).collect());
+    let denoised = surface.at(surface.moved_by(deltas));
     let lift = |(n, denoised): (&DVec3, DVec3)| *n / n.dot(denoised).max(SLANT);
     let lifts: Vec<DVec3> = along.iter().zip(normals::vertex_normals(&denoised, FaceWeight::Angle)).map(lift).collect();
     let offset = |t: f64| -> Vec<DVec3> {
