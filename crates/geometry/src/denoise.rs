@@ -1,6 +1,5 @@
 //! Every method answers one question: how far is each vertex off?
 
-mod along;
 pub mod auto;
 mod bilaplacian;
 mod bilateral;
@@ -11,6 +10,7 @@ mod denoising;
 mod face_geometry;
 mod guided_normals;
 mod hc;
+mod heights;
 mod implicit;
 mod l0;
 mod laplacian;
@@ -23,13 +23,13 @@ mod tgv_normals;
 mod triangle_mesh;
 mod vertex_update;
 
-pub use along::{Along, Loss};
 pub use auto::Auto;
 pub use bilateral::Bilateral;
 pub use bilateral_normals::{BilateralNormals, Neighbours, Scheme};
 pub use denoising::{Denoising, DenoisingError, Moved};
 pub use guided_normals::GuidedNormals;
 pub use hc::Hc;
+pub use heights::{HeightField, HeightResidual};
 pub use implicit::{Implicit, Solver};
 pub use l0::L0;
 pub use laplacian::{Boundary, EdgeWeights, Laplacian};
@@ -142,7 +142,7 @@ impl Denoiser {
     ) -> Result<(Vec<DVec3>, Option<auto::DenoiseChoice>), Cancelled> {
         if self.motion() == Some(Motion::AlongNormal) {
             let (free, choice) = self.freed().run(surface, progress)?;
-            return Ok((Along::best(surface, &free, progress)?.0.deltas(), choice));
+            return Ok((HeightField::best(surface, &free, progress)?.0.deltas(), choice));
         }
         progress.stage("denoising");
         // From a thread outside the pool each parallel loop would be handed over and waited for asleep.

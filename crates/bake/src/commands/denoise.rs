@@ -74,7 +74,7 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
         mean_edge: surface.mean_edge(),
         mean_displacement: lengths().sum::<f64>() / deltas.len() as f64,
         max_displacement: lengths().fold(0.0, f64::max),
-        heights: along.map(|(along, normals)| Heights { normals, loss: along.loss.into() }),
+        heights: along.map(|(along, normals)| Heights { normals, loss: along.residual.into() }),
         limits,
     };
     if let Some(warning) = limits.as_ref().and_then(words::volume_not_restored) {

@@ -1,13 +1,13 @@
-//! Vertices that fit given face normals.
+//! Vertex update: moves vertices so that the faces of a mesh have given normals.
 //!
 //! Xianfang Sun, Paul L. Rosin, Ralph R. Martin, Frank C. Langbein. Fast and effective feature-preserving mesh
 //! denoising. TVCG 13 (5), 2007, section 4: descent on Σ_f Σ_{i∈f} (n_f · (c_f − pᵢ))², c_f the centroid, with a step
 //! that cannot overshoot (eq. 12): pᵢ ← pᵢ + 1/|Fᵢ| Σ_{f∈Fᵢ} n_f (n_f · (c_f − pᵢ)).
 //!
-//! Only the normals are given, so vertices may drift; a closeness term w |pᵢ − pᵢ⁰|² / 2 holds them to where they came
-//! from. A step that would turn a triangle away from its normal is not taken at the vertices of that triangle.
+//! Normals say nothing about the positions, so vertices may drift; a closeness term w |pᵢ − pᵢ⁰|² / 2 holds them near the
+//! input. A step that would turn a triangle away from its normal is not taken at the vertices of that triangle.
 //!
-//! The least of that functional can be had at once, see `vertex_update/least_squares.rs`.
+//! The minimum of that functional can also be found at once, see `vertex_update/least_squares.rs`.
 
 pub(super) mod least_squares;
 
@@ -58,7 +58,7 @@ pub enum Motion {
     #[default]
     Free,
     /// Along one normal for each vertex, pᵢ − hᵢ nᵢ: a map of heights can hold all of it. See
-    /// [`Along`](super::Along) for how that follows from the free form.
+    /// [`HeightField`](super::HeightField) for how that follows from the free form.
     AlongNormal,
 }
 
@@ -87,11 +87,12 @@ impl VertexUpdate {
     }
 }
 
-/// Vertices of one surface that follow one field of normals after the other, wherever they are free to go.
+/// Moves the vertices of one surface so that its faces follow given normals, for one field of normals after the other.
 pub(super) struct Updater<'a> {
     mesh: &'a TriangleMesh,
     settings: VertexUpdate,
     input: &'a [DVec3],
+    /// True for vertices that stay. #V
     fixed: Vec<bool>,
     positions: Vec<DVec3>,
     next: Vec<DVec3>,
@@ -101,54 +102,57 @@ pub(super) struct Updater<'a> {
 impl<'a> Updater<'a> {
     pub(super) fn new(surface: &'a Surface, mesh: &'a TriangleMesh, settings: VertexUpdate) -> Self {
         let topology = surface.topology();
-        let stays = |v: Index| settings.boundary == Boundary::Fixed && topology.is_boundary(v);
+        let is_fixed_boundary = |v: Index| settings.boundary == Boundary::Fixed && topology.is_boundary(v);
+        let is_fixed = |v: Index| is_fixed_boundary(v) || mesh.vertex_faces.get(v).is_empty();
         let input = surface.positions();
         Self {
             mesh,
             settings,
             input,
-            fixed: (0..input.len() as Index).map(|v| stays(v) || mesh.vertex_faces.get(v).is_empty()).collect(),
+            fixed: (0..input.len() as Index).map(is_fixed).collect(),
             positions: input.to_vec(),
             next: input.to_vec(),
             centroids: vec![DVec3::ZERO; mesh.face_count()],
         }
     }
 
-    /// Where the vertices are. #V×3, model units.
+    /// Current positions of the vertices. #V×3, model units
     pub(super) fn positions(&self) -> &[DVec3] {
         &self.positions
     }
 
-    /// δ = p − p*. #V×3, model units.
+    /// Displacements δ = p − p* from the current positions to the input. #V×3, model units
     pub(super) fn deltas(&self) -> Vec<DVec3> {
         self.input.iter().zip(&self.positions).map(|(p, x)| *p - x).collect()
     }
 
-    /// Goes towards `normals` (#T×3, unit or zero).
+    /// Moves the vertices so that the faces follow `normals` (#T×3, unit or zero).
     pub(super) fn follow(&mut self, normals: &[DVec3], progress: &dyn Progress) -> Result<(), Cancelled> {
-        let prevent = self.settings.fold_overs == FoldOvers::Prevent;
+        let prevent_flips = self.settings.fold_overs == FoldOvers::Prevent;
         if self.settings.scheme == VertexScheme::LeastSquares {
             let Self { mesh, settings, input, fixed, positions, .. } = self;
-            let system = least_squares::System { mesh, normals, fixed, along: None, closeness: settings.closeness };
+            let closeness = settings.closeness;
+            let system = least_squares::System { mesh, normals, fixed, directions: None, closeness };
             self.next = system.solve(positions, input, progress)?;
-            if prevent {
-                take_folds_back(mesh, normals, &self.positions, &mut self.next, least_squares::HALVINGS);
+            if prevent_flips {
+                undo_flips(mesh, normals, &self.positions, &mut self.next, least_squares::MAX_HALVINGS);
             }
             std::mem::swap(&mut self.positions, &mut self.next);
             return Ok(());
         }
         for _ in 0..self.settings.iterations {
             progress.check()?;
-            self.step(normals);
-            if prevent {
-                take_folds_back(self.mesh, normals, &self.positions, &mut self.next, 0);
+            self.descend(normals);
+            if prevent_flips {
+                undo_flips(self.mesh, normals, &self.positions, &mut self.next, 0);
             }
             std::mem::swap(&mut self.positions, &mut self.next);
         }
         Ok(())
     }
 
-    fn step(&mut self, normals: &[DVec3]) {
+    /// Takes one step of the descent from `positions` to `next`.
+    fn descend(&mut self, normals: &[DVec3]) {
         let Self { mesh, settings, input, fixed, positions, next, centroids } = self;
         let positions: &[DVec3] = positions;
         centroids.par_iter_mut().zip(&mesh.triangles).with_min_len(2048).for_each(|(centroid, t)| {
@@ -163,44 +167,44 @@ impl<'a> Updater<'a> {
                 return;
             }
             let around = mesh.vertex_faces.get(v as Index);
-            let pull = around.iter().fold(w * (input[v] - p), |sum, &f| {
+            let sum = around.iter().fold(w * (input[v] - p), |sum, &f| {
                 let n = normals[f as usize];
                 sum + n * n.dot(centroids[f as usize] - p)
             });
-            *out = p + pull / (around.len() as f64 + w);
+            *out = p + sum / (around.len() as f64 + w);
         });
     }
 }
 
-/// Takes vertices of `to` back towards `from`, by half of the way so often and then all of it, until no triangle has
-/// turned away from its normal. Each round takes one back at least, and a triangle whose vertices are all back is as it
+/// Undoes steps that turn triangles away from their given normals: a vertex of such a triangle goes back from `to` towards
+/// `from` (#V×3), `halvings` times by half of the step, and then all the way. A triangle whose vertices are all back is as it
 /// was, so this ends.
-pub(super) fn take_folds_back(mesh: &TriangleMesh, normals: &[DVec3], from: &[DVec3], to: &mut [DVec3], halvings: u8) {
-    let faces_normal = |f: Index, points: &[DVec3]| {
+pub(super) fn undo_flips(mesh: &TriangleMesh, normals: &[DVec3], from: &[DVec3], to: &mut [DVec3], halvings: u8) {
+    let agrees = |f: Index, points: &[DVec3]| {
         let [a, b, c] = mesh.triangles[f as usize].map(|v| points[v as usize]);
         (b - a).cross(c - a).dot(normals[f as usize]) > 0.0
     };
-    let turned = |f: &Index, to: &[DVec3]| !faces_normal(*f, to) && faces_normal(*f, from);
+    let is_flipped = |f: &Index, to: &[DVec3]| !agrees(*f, to) && agrees(*f, from);
     let all = (0..mesh.face_count() as Index).into_par_iter().with_min_len(2048);
-    let mut folded: Vec<Index> = all.filter(|f| turned(f, to)).collect();
-    let mut halved = vec![0; if halvings == 0 || folded.is_empty() { 0 } else { to.len() }];
-    while let Some(f) = folded.pop() {
-        if !turned(&f, to) {
+    let mut queue: Vec<Index> = all.filter(|f| is_flipped(f, to)).collect();
+    let mut halved = vec![0; if halvings == 0 || queue.is_empty() { 0 } else { to.len() }];
+    while let Some(f) = queue.pop() {
+        if !is_flipped(&f, to) {
             continue;
         }
         for v in mesh.triangles[f as usize] {
-            let place = v as usize;
-            if to[place] == from[place] {
+            let i = v as usize;
+            if to[i] == from[i] {
                 continue;
             }
-            match halved.get_mut(place) {
+            match halved.get_mut(i) {
                 Some(times) if *times < halvings => {
                     *times += 1;
-                    to[place] = (from[place] + to[place]) / 2.0;
+                    to[i] = (from[i] + to[i]) / 2.0;
                 }
-                _ => to[place] = from[place],
+                _ => to[i] = from[i],
             }
-            folded.extend(mesh.vertex_faces.get(v));
+            queue.extend(mesh.vertex_faces.get(v));
         }
     }
 }
