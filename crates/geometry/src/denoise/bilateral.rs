@@ -1,4 +1,4 @@
-//! Bilateral filter of the heights over each vertex's tangent plane.
+//! Bilateral mesh denoising: a bilateral filter of the heights over each vertex's tangent plane.
 //!
 //! Shachar Fleishman, Iddo Drori, Daniel Cohen-Or. Bilateral mesh denoising. SIGGRAPH 2003.
 //!
@@ -40,7 +40,7 @@ impl Default for Bilateral {
     }
 }
 
-/// δ after the last step. #V×3, model units.
+/// Filters and returns δ = p − p*. #V×3, model units
 pub(super) fn deltas(
     surface: &Surface,
     settings: &Bilateral,
@@ -64,13 +64,13 @@ pub(super) fn deltas(
     Ok(surface.positions().iter().zip(current.positions()).map(|(p, x)| *p - x).collect())
 }
 
-/// How far a vertex goes along its normal. `list` is room to work in.
+/// Displacement of a vertex along its normal in one step, model units. `list` is scratch memory.
 fn lift(surface: &Surface, vertex: Index, normal: DVec3, list: &mut Vec<Index>) -> f64 {
     let (positions, rings) = (surface.positions(), surface.topology().rings());
     let p = positions[vertex as usize];
     let squared = |v: Index| positions[v as usize].distance_squared(p);
     let nearest = rings.get(vertex).iter().map(|&v| squared(v)).fold(f64::INFINITY, f64::min);
-    // Nothing to smooth at a vertex without neighbours, or on top of one.
+    // A vertex without neighbours, or at the same position as one, has no height to be filtered.
     if !(nearest > 0.0 && nearest.is_finite()) {
         return 0.0;
     }

@@ -1,4 +1,4 @@
-//! Face normals averaged over the faces that look the same way, then vertices that follow.
+//! Sun's filter: face normals are averaged over neighbours with similar normals, then vertices follow.
 //!
 //! Xianfang Sun, Paul L. Rosin, Ralph R. Martin, Frank C. Langbein. Fast and effective feature-preserving mesh
 //! denoising. TVCG 13 (5), 2007.
@@ -42,7 +42,7 @@ impl Default for Sun {
     }
 }
 
-/// δ of the vertices that follow the filtered normals. #V×3, model units.
+/// Filters the normals, lets the vertices follow and returns δ = p − p*. #V×3, model units
 pub(super) fn deltas(surface: &Surface, settings: &Sun, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
     let mesh = TriangleMesh::of(surface);
     let mut updater = Updater::new(surface, &mesh, settings.vertex_update);
@@ -51,7 +51,7 @@ pub(super) fn deltas(surface: &Surface, settings: &Sun, progress: &dyn Progress)
     Ok(updater.deltas())
 }
 
-/// The filtered normals. #T×3
+/// Filters the face normals. #T×3
 fn filtered(
     mesh: &TriangleMesh,
     positions: &[DVec3],

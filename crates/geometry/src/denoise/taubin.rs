@@ -1,4 +1,4 @@
-//! Smoothing without shrinking.
+//! Taubin smoothing: Laplacian smoothing that does not shrink.
 //!
 //! Gabriel Taubin. A signal processing approach to fair surface design. SIGGRAPH 1995.
 //!
@@ -41,7 +41,7 @@ impl Default for Taubin {
     }
 }
 
-/// δ of the smoothed surface. #V×3, model units.
+/// Smooths and returns δ = p − p*. #V×3, model units
 pub(super) fn deltas(surface: &Surface, settings: &Taubin, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
     let pair = [settings.step, settings.inflate];
     let steps = (0..settings.iterations).flat_map(|_| pair);
