@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3, Vec3};
 use planish_geometry::apply::{self, Places, ShaderVertex};
 use planish_geometry::bundle::{self, Belongings, Bundle, Goal, Names, Settings};
-use planish_geometry::denoise::Along;
+use planish_geometry::denoise::HeightField;
 use planish_geometry::displacement::{Displacement, Place, Weights};
 use planish_geometry::manifest::{Layout, Manifest};
 use planish_geometry::model::{Model, NormalSource};
@@ -121,7 +121,7 @@ pub(crate) fn heights(model: &Model, settings: &Settings) -> (Vec<f64>, Vec<Vec3
     let source = settings.normals.unwrap_or_default();
     if source == NormalSource::Leaning {
         // Normals that lean are fitted together with the heights.
-        let Along { heights, normals, .. } = Along::leaning(model.surface(), &deltas, &Silent).unwrap();
+        let HeightField { heights, normals, .. } = HeightField::tilted(model.surface(), &deltas, &Silent).unwrap();
         return (heights, normals);
     }
     let along = model.displacement_normals(source, &deltas).unwrap();

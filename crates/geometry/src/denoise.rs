@@ -1,14 +1,16 @@
 //! Every method answers one question: how far is each vertex off?
 
-mod along;
 pub mod auto;
+mod bilaplacian;
 mod bilateral;
 mod bilateral_normals;
 mod conjugate_gradients;
+mod connectivity;
 mod denoising;
-mod faces;
+mod face_geometry;
 mod guided_normals;
 mod hc;
+mod heights;
 mod implicit;
 mod l0;
 mod laplacian;
@@ -18,16 +20,16 @@ mod noise_level;
 mod sun;
 mod taubin;
 mod tgv_normals;
-mod umbrella;
+mod triangle_mesh;
 mod vertex_update;
 
-pub use along::{Along, Loss};
 pub use auto::Auto;
 pub use bilateral::Bilateral;
 pub use bilateral_normals::{BilateralNormals, Neighbours, Scheme};
 pub use denoising::{Denoising, DenoisingError, Moved};
 pub use guided_normals::GuidedNormals;
 pub use hc::Hc;
+pub use heights::{HeightField, HeightResidual};
 pub use implicit::{Implicit, Solver};
 pub use l0::L0;
 pub use laplacian::{Boundary, EdgeWeights, Laplacian};
@@ -137,10 +139,10 @@ impl Denoiser {
         &self,
         surface: &Surface,
         progress: &dyn Progress,
-    ) -> Result<(Vec<DVec3>, Option<auto::Choice>), Cancelled> {
+    ) -> Result<(Vec<DVec3>, Option<auto::DenoiseChoice>), Cancelled> {
         if self.motion() == Some(Motion::AlongNormal) {
             let (free, choice) = self.freed().run(surface, progress)?;
-            return Ok((Along::best(surface, &free, progress)?.0.deltas(), choice));
+            return Ok((HeightField::best(surface, &free, progress)?.0.deltas(), choice));
         }
         progress.stage("denoising");
         // From a thread outside the pool each parallel loop would be handed over and waited for asleep.
@@ -202,8 +204,7 @@ impl Denoiser {
     }
     /// p*ᵢ = pᵢ − δᵢ. #V×3, model units.
     pub fn denoised(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
-        let deltas = self.deltas(surface, progress)?;
-        Ok(surface.positions().iter().zip(deltas).map(|(p, delta)| *p - delta).collect())
+        Ok(surface.moved_by(&self.deltas(surface, progress)?))
     }
 }
 

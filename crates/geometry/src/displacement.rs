@@ -2,12 +2,13 @@
 
 mod file;
 
+pub use crate::texture::sampling::Weights;
 pub use file::{DecodeError, EncodeError, FileFormat, TexelFormat};
 
 pub(crate) use file::png;
 
 use crate::ragged::Index;
-use crate::texture::{HeightMap, Size};
+use crate::texture::sampling::{Footprint, HeightMap, Size};
 use file::Stored;
 use glam::{Vec2, Vec3};
 use half::f16;
@@ -86,16 +87,6 @@ pub enum Place {
     Uv(Vec2),
     /// In a texel, counted row by row from the top.
     Texel(Index),
-}
-
-/// How exact the weights of bilinear sampling are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Weights {
-    /// Single precision, as the shader computes them.
-    #[default]
-    Exact,
-    /// Rounded to 8 bits, as the samplers of many GPUs have them.
-    EightBits,
 }
 
 /// A displacement map as the GPU has it.
@@ -186,58 +177,8 @@ impl Displacement {
         let texels = &self.planes[channel];
         match place {
             Place::Texel(index) => texels[index as usize],
-            Place::Uv(uv) => {
-                let Footprint { texels: [a, b, c, d], w } = Footprint::new(uv, self.size).with(weights);
-                // In this form equal texels give just that value, whatever the weight.
-                let blend = |a: f32, b: f32, w: f32| a + (b - a) * w;
-                let top = blend(texels[a], texels[b], w.x);
-                let bottom = blend(texels[c], texels[d], w.x);
-                blend(top, bottom, w.y)
-            }
+            Place::Uv(uv) => Footprint::new(uv, self.size).with(weights).sample(texels),
         }
-    }
-}
-
-/// The texels that bilinear sampling blends at a texture coordinate, computed as the shader does it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Footprint {
-    /// Places in the image: upper left, upper right, lower left, lower right.
-    texels: [usize; 4],
-    /// Shares of the right and of the lower ones.
-    w: Vec2,
-}
-
-impl Footprint {
-    pub(crate) fn new(uv: Vec2, size: Size) -> Self {
-        let p = Vec2::new(uv.x, 1.0 - uv.y) * Vec2::new(size.width as f32, size.height as f32) - 0.5;
-        let low = p.floor();
-        // `as` saturates, as the clamp in the shader does.
-        let column = |x: f32| (x as i64).clamp(0, i64::from(size.width) - 1) as usize;
-        let row = |y: f32| (y as i64).clamp(0, i64::from(size.height) - 1) as usize;
-        let texel = |x: f32, y: f32| row(y) * size.width as usize + column(x);
-        let (right, below) = (low.x + 1.0, low.y + 1.0);
-        let texels = [texel(low.x, low.y), texel(right, low.y), texel(low.x, below), texel(right, below)];
-        Self { texels, w: p - low }
-    }
-    fn with(self, weights: Weights) -> Self {
-        match weights {
-            Weights::Exact => self,
-            Weights::EightBits => Self { w: (self.w * 256.0).round() / 256.0, ..self },
-        }
-    }
-    /// The different texels with their weights, which add up to one.
-    pub(crate) fn weights(&self) -> impl Iterator<Item = (usize, f64)> {
-        let (x, y) = (f64::from(self.w.x), f64::from(self.w.y));
-        let mut weights = [(1.0 - x) * (1.0 - y), x * (1.0 - y), (1.0 - x) * y, x * y];
-        let texels = self.texels;
-        // At the border of the image two or four of them are the same one.
-        for k in 1..4 {
-            if let Some(first) = (0..k).find(|&j| texels[j] == texels[k]) {
-                weights[first] += weights[k];
-                weights[k] = 0.0;
-            }
-        }
-        texels.into_iter().zip(weights).filter(|(_, w)| *w > 0.0)
     }
 }
 

@@ -10,7 +10,7 @@
 //! use planish_geometry::model::{Model, NormalSource};
 //! use planish_geometry::obj::Obj;
 //! use planish_geometry::progress::Silent;
-//! use planish_geometry::texture::{self, Coverage, Interpolation, Size};
+//! use planish_geometry::texture::{self, Coverage, Interpolation, Size, TextureLayout};
 //! use planish_geometry::weld::Welding;
 //! use planish_geometry::normals;
 //!
@@ -28,7 +28,8 @@
 //! assert_eq!(heights, [0.0, 0.0, 0.0, 0.0, 1.0]); // the boundary stays, the tip goes down to the square
 //!
 //! let coverage = Coverage::new(surface, &atlas, Size::square(65), &Silent)?;
-//! let map = texture::bake(surface, &atlas, &heights, &coverage, Interpolation::Barycentric, &Silent)?;
+//! let layout = TextureLayout { surface, atlas: &atlas, coverage: &coverage };
+//! let map = texture::bake(layout, &heights, Interpolation::Barycentric, &Silent)?;
 //! assert_eq!(map.texels[32 * 65 + 32], 1.0); // the texel in the middle
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -4,7 +4,7 @@
 //! fields are passed over when reading, so that later versions may add some.
 
 use crate::denoise::limits::Outcome;
-use crate::denoise::{Denoising, Loss, auto};
+use crate::denoise::{Denoising, HeightResidual, auto};
 use crate::displacement::{Encoding, MapKind, TexelFormat};
 use crate::model::NormalSource;
 use crate::ragged::Index;
@@ -40,7 +40,7 @@ pub struct Manifest {
     pub method: Method,
     /// What the method `auto` measured and chose; none with other methods.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub choice: Option<auto::Choice>,
+    pub choice: Option<auto::DenoiseChoice>,
     /// Which `v` lines count as one vertex.
     pub welding: Welding,
     /// Where the normals that the map displaces along come from.
@@ -310,9 +310,9 @@ impl HeightsLoss {
     }
 }
 
-impl From<Loss> for HeightsLoss {
-    fn from(loss: Loss) -> Self {
-        Self { turned_deg: loss.turned, lost_deg: loss.lost, leaning: loss.leaning }
+impl From<HeightResidual> for HeightsLoss {
+    fn from(residual: HeightResidual) -> Self {
+        Self { turned_deg: residual.rotation, lost_deg: residual.angle, leaning: residual.tilted }
     }
 }
 

@@ -12,7 +12,7 @@ pub use heat::{Heat, colours, heat};
 pub use triangles::Triangles;
 
 use crate::ragged::Index;
-use distance::TriangleTree;
+use distance::{Distances, TriangleTree};
 use glam::DVec3;
 use serde::Serialize;
 use triangles::{Edges, Shapes};
@@ -109,66 +109,110 @@ pub fn compare(clean: &Triangles, result: &Triangles) -> Result<Comparison, Comp
     clean.check_connectivity(result)?;
     // From here on with the clean order of faces, whatever that of the result.
     let faces = &clean.triangles;
-    let (clean_shape, shape) = (Shapes::of(&clean.positions, faces), Shapes::of(&result.positions, faces));
-    let mean_area = mean(clean_shape.areas.iter().copied());
-    let sound = |f: &usize| clean_shape.areas[*f] > 1e-12 * mean_area;
-    let measured: Vec<usize> = (0..faces.len()).filter(sound).collect();
-    let of_faces = shape.angles_from(&clean_shape);
-    let angles: Vec<f64> = measured.iter().map(|&f| of_faces[f]).collect();
-    let weighted = measured.iter().zip(&angles).map(|(&f, a)| a * clean_shape.areas[f]);
-    let weight: f64 = measured.iter().map(|&f| clean_shape.areas[f]).sum();
-    let mut sorted = angles.clone();
-    sorted.sort_unstable_by(f64::total_cmp);
-
     let edges = Edges::of(faces);
+    let (clean_faces, result_faces) = (Shapes::of(&clean.positions, faces), Shapes::of(&result.positions, faces));
+    let mean_area = mean(clean_faces.areas.iter().copied());
+    let normals = NormalErrors::of(&clean_faces, &result_faces, mean_area);
+    let distances = DistanceErrors::of(clean, result, &clean_faces);
     let mean_edge = edges.mean(&clean.positions);
-    let mut cells = vec![0.0; clean.positions.len()];
-    let mut used = vec![false; clean.positions.len()];
-    for (t, area) in faces.iter().zip(&clean_shape.areas) {
-        for &v in t {
-            cells[v as usize] += area;
-            used[v as usize] = true;
-        }
-    }
-    let used: Vec<usize> = (0..used.len()).filter(|&v| used[v]).collect();
-    let at = |mesh: &Triangles| used.iter().map(|&v| mesh.positions[v]).collect::<Vec<_>>();
-    let forth = clean.distances(&at(result));
-    let back = TriangleTree::new(&result.positions, faces).distances(&at(clean));
-    let (low, high) =
-        clean.positions.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
-    let diagonal = low.distance(high);
-    let squares = used.iter().zip(&forth.0).map(|(&v, d)| cells[v] * d * d).sum::<f64>();
-    let cell_sum = used.iter().map(|&v| cells[v]).sum::<f64>();
-    let moved = used.iter().map(|&v| clean.positions[v].distance(result.positions[v]));
-    let share = |limit: f64| 100.0 * angles.iter().filter(|a| **a > limit).count() as f64 / angles.len() as f64;
+    let diagonal = diagonal(&clean.positions);
     let volume = || 100.0 * (volume(&result.positions, faces) / volume(&clean.positions, faces) - 1.0);
+    let is_new_sliver = |f: &usize| result_faces.is_sliver(*f, mean_area) && !clean_faces.is_sliver(*f, mean_area);
+    let is_new_fold = |pair: &&[usize; 2]| result_faces.is_fold(**pair) && !clean_faces.is_fold(**pair);
     Ok(Comparison {
         vertices: clean.positions.len(),
         faces: faces.len(),
         closed: edges.closed,
-        ea: mean(angles.iter().copied()),
-        ea_area: weighted.sum::<f64>() / weight,
-        ea_median: percentile(&sorted, 0.5),
-        ea_rms: mean(angles.iter().map(|a| a * a)).sqrt(),
-        ea_p95: percentile(&sorted, 0.95),
-        off5_pct: share(5.0),
-        off15_pct: share(15.0),
-        d_mean: forth.mean() / mean_edge,
-        d_max: forth.max() / mean_edge,
-        d_rms: forth.rms() / mean_edge,
-        drev_mean: back.mean() / mean_edge,
-        drev_max: back.max() / mean_edge,
-        vertex_mean: mean(moved) / mean_edge,
-        ev: 1e3 * (squares / cell_sum).sqrt() / diagonal,
+        ea: mean(normals.angles.iter().copied()),
+        ea_area: normals.area_weighted_mean,
+        ea_median: percentile(&normals.sorted, 0.5),
+        ea_rms: mean(normals.angles.iter().map(|a| a * a)).sqrt(),
+        ea_p95: percentile(&normals.sorted, 0.95),
+        off5_pct: normals.percentage_above(5.0),
+        off15_pct: normals.percentage_above(15.0),
+        d_mean: distances.to_clean.mean() / mean_edge,
+        d_max: distances.to_clean.max() / mean_edge,
+        d_rms: distances.to_clean.rms() / mean_edge,
+        drev_mean: distances.to_result.mean() / mean_edge,
+        drev_max: distances.to_result.max() / mean_edge,
+        vertex_mean: distances.vertex_mean / mean_edge,
+        ev: 1e3 * distances.area_weighted_rms / diagonal,
         vol_change_pct: edges.closed.then(volume),
-        flipped: angles.iter().filter(|a| **a > 90.0).count(),
-        degenerate: (0..faces.len())
-            .filter(|&f| shape.is_sliver(f, mean_area) && !clean_shape.is_sliver(f, mean_area))
-            .count(),
-        fold_edges: edges.pairs.iter().filter(|p| shape.is_fold(**p) && !clean_shape.is_fold(**p)).count(),
+        flipped: normals.angles.iter().filter(|a| **a > 90.0).count(),
+        degenerate: (0..faces.len()).filter(is_new_sliver).count(),
+        fold_edges: edges.pairs.iter().filter(is_new_fold).count(),
         mean_edge,
         bbox_diag: diagonal,
     })
+}
+
+/// Angles between the normals of corresponding faces, over the faces that have an area in the clean mesh.
+struct NormalErrors {
+    /// Angle at each face, degrees.
+    angles: Vec<f64>,
+    /// Angles in ascending order.
+    sorted: Vec<f64>,
+    /// Mean angle weighted by the area in the clean mesh, degrees.
+    area_weighted_mean: f64,
+}
+
+impl NormalErrors {
+    fn of(clean: &Shapes, result: &Shapes, mean_area: f64) -> Self {
+        let measured: Vec<usize> = (0..clean.areas.len()).filter(|&f| clean.areas[f] > 1e-12 * mean_area).collect();
+        let of_faces = result.angles_from(clean);
+        let angles: Vec<f64> = measured.iter().map(|&f| of_faces[f]).collect();
+        let weighted: f64 = measured.iter().zip(&angles).map(|(&f, a)| a * clean.areas[f]).sum();
+        let area: f64 = measured.iter().map(|&f| clean.areas[f]).sum();
+        let mut sorted = angles.clone();
+        sorted.sort_unstable_by(f64::total_cmp);
+        Self { angles, sorted, area_weighted_mean: weighted / area }
+    }
+
+    /// Percentage of the faces with a larger angle than `limit`, degrees.
+    fn percentage_above(&self, limit: f64) -> f64 {
+        100.0 * self.angles.iter().filter(|a| **a > limit).count() as f64 / self.angles.len() as f64
+    }
+}
+
+/// Distances between two meshes, over the vertices that faces use, model units.
+struct DistanceErrors {
+    /// Distances from the vertices of the result to the clean surface.
+    to_clean: Distances,
+    /// Distances from the vertices of the clean mesh to the surface of the result.
+    to_result: Distances,
+    /// Mean distance between corresponding vertices.
+    vertex_mean: f64,
+    /// Root mean square of `to_clean`, where a vertex counts by the area of the clean faces around it.
+    area_weighted_rms: f64,
+}
+
+impl DistanceErrors {
+    fn of(clean: &Triangles, result: &Triangles, clean_faces: &Shapes) -> Self {
+        let faces = &clean.triangles;
+        let mut vertex_areas = vec![0.0; clean.positions.len()];
+        let mut is_used = vec![false; clean.positions.len()];
+        for (t, area) in faces.iter().zip(&clean_faces.areas) {
+            for &v in t {
+                vertex_areas[v as usize] += area;
+                is_used[v as usize] = true;
+            }
+        }
+        let used: Vec<usize> = (0..is_used.len()).filter(|&v| is_used[v]).collect();
+        let at = |mesh: &Triangles| used.iter().map(|&v| mesh.positions[v]).collect::<Vec<_>>();
+        let to_clean = clean.distances(&at(result));
+        let to_result = TriangleTree::new(&result.positions, faces).distances(&at(clean));
+        let squares = used.iter().zip(&to_clean.0).map(|(&v, d)| vertex_areas[v] * d * d).sum::<f64>();
+        let area = used.iter().map(|&v| vertex_areas[v]).sum::<f64>();
+        let moved = used.iter().map(|&v| clean.positions[v].distance(result.positions[v]));
+        Self { vertex_mean: mean(moved), area_weighted_rms: (squares / area).sqrt(), to_clean, to_result }
+    }
+}
+
+/// Diagonal of the bounding box of the positions.
+fn diagonal(positions: &[DVec3]) -> f64 {
+    let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let (low, high) = positions.iter().fold(start, |(low, high), p| (low.min(*p), high.max(*p)));
+    low.distance(high)
 }
 
 fn volume(positions: &[DVec3], faces: &[[Index; 3]]) -> f64 {

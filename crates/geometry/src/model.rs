@@ -2,7 +2,7 @@
 
 use crate::atlas::{Atlas, AtlasError};
 #[cfg(doc)]
-use crate::denoise::Along;
+use crate::denoise::HeightField;
 use crate::normals::{self, FaceWeight};
 use crate::obj::Obj;
 use crate::ragged::{Index, Ragged};
@@ -27,7 +27,7 @@ pub enum NormalSource {
     Angle,
     /// The same on the denoised surface, before what heights leave out of it.
     Denoised,
-    /// Those, leaning to where a vertex goes where heights along them would leave its faces turned: [`Along::leaning`].
+    /// Those, leaning to where a vertex goes where heights along them would leave its faces turned: [`HeightField::tilted`].
     Leaning,
 }
 

@@ -42,6 +42,12 @@ pub fn displacements(surface: &Surface, noise: &Noise) -> Vec<DVec3> {
     vertices.map(|v| one(&mut random, noise, length, normals.get(v).copied())).collect()
 }
 
+/// The surface with noise added to its vertices.
+pub fn noisy(surface: &Surface, noise: &Noise) -> Surface {
+    let displacements = displacements(surface, noise);
+    surface.at(surface.positions().iter().zip(displacements).map(|(p, d)| *p + d).collect())
+}
+
 /// Draws the same numbers whether the vertex is hit or not, so that a share changes no other vertex.
 fn one(random: &mut impl Rng, noise: &Noise, length: f64, normal: Option<DVec3>) -> DVec3 {
     let gaussian: f64 = StandardNormal.sample(random);

@@ -34,6 +34,12 @@ impl Surface {
         assert_eq!(positions.len(), self.positions.len(), "one position for each vertex");
         Self { positions, ..self.clone() }
     }
+    /// Positions after displacements δ (#V×3, model units) were subtracted: p − δ. #V×3, model units
+    ///
+    /// This is where denoising with these δ puts the vertices.
+    pub fn moved_by(&self, deltas: &[DVec3]) -> Vec<DVec3> {
+        self.positions.iter().zip(deltas).map(|(p, delta)| *p - *delta).collect()
+    }
     /// Who touches whom.
     pub fn topology(&self) -> &Topology {
         &self.topology

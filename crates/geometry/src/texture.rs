@@ -13,50 +13,20 @@ pub mod per_vertex;
 
 mod gutter;
 mod raster;
+pub(crate) mod sampling;
 mod scatter;
 
 pub use raster::Coverage;
+pub use sampling::{HeightMap, Size};
 
 use crate::atlas::Atlas;
 use crate::progress::{Cancelled, Parts, Progress};
 use crate::ragged::Index;
 use crate::surface::Surface;
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 use scatter::Scatter;
 use serde::{Deserialize, Serialize};
-
-/// Width and height of an image, texels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Size {
-    /// Texels in a row.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-}
-
-impl Size {
-    /// As many rows as columns.
-    pub fn square(side: u32) -> Self {
-        Self { width: side, height: side }
-    }
-    /// Number of texels.
-    pub fn texels(self) -> usize {
-        self.width as usize * self.height as usize
-    }
-    fn scale(self) -> DVec2 {
-        DVec2::new(f64::from(self.width), f64::from(self.height))
-    }
-    /// Texel space from a texture coordinate, whose v points up.
-    pub fn texel_from_uv(self, uv: DVec2) -> DVec2 {
-        DVec2::new(uv.x, 1.0 - uv.y) * self.scale()
-    }
-    /// Texture coordinate of the centre of a texel.
-    pub fn uv_from_texel(self, column: usize, row: usize) -> DVec2 {
-        let p = (DVec2::new(column as f64, row as f64) + 0.5) / self.scale();
-        DVec2::new(p.x, 1.0 - p.y)
-    }
-}
 
 /// How texels get their height.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -84,33 +54,27 @@ pub enum Texels {
     Interpolated,
 }
 
-/// Heights on texels.
-#[derive(Clone, Debug, PartialEq)]
-pub struct HeightMap {
-    /// Of the image.
-    pub size: Size,
-    /// Row by row from the top, model units. #rows·#columns
-    pub texels: Vec<f32>,
-}
-
-impl HeightMap {
-    /// The lowest and the highest texel, model units.
-    pub fn range(&self) -> [f32; 2] {
-        self.texels.iter().fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], t| [low.min(*t), high.max(*t)])
-    }
+/// A surface in the texture: where its corners lie there and which texels its triangles cover.
+#[derive(Clone, Copy, Debug)]
+pub struct TextureLayout<'a> {
+    /// Surface that is mapped to the texture.
+    pub surface: &'a Surface,
+    /// Texture coordinates of its corners.
+    pub atlas: &'a Atlas,
+    /// Triangle of each texel, for this surface and atlas.
+    pub coverage: &'a Coverage,
 }
 
 /// Spreads heights (#V, model units) over the texture; every texel gets one, inside charts and out.
 ///
 /// All values lie between the lowest and the highest height.
 pub fn bake(
-    surface: &Surface,
-    atlas: &Atlas,
+    layout: TextureLayout,
     heights: &[f64],
-    coverage: &Coverage,
     interpolation: Interpolation,
     progress: &dyn Progress,
 ) -> Result<HeightMap, Cancelled> {
+    let TextureLayout { surface, atlas, coverage } = layout;
     let size = coverage.size();
     progress.stage("interpolating");
     let wedges = match interpolation {

@@ -59,5 +59,5 @@ fn expected(model: &Model, manifest: &Manifest) -> Result<Vec<DVec3>, Box<dyn Er
     let Method::Denoiser(denoising) = &manifest.method else { return Err("baked with --target".into()) };
     let goal = Goal::Denoiser(denoising.clone());
     let ways = goal.ways(model, manifest.displacement.map, Some(manifest.normals), &Silent)?;
-    Ok(model.surface().positions().iter().zip(ways.deltas).map(|(p, delta)| *p - delta).collect())
+    Ok(model.surface().moved_by(&ways.deltas))
 }

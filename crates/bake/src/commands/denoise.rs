@@ -20,7 +20,7 @@ struct Denoised {
     method: Denoising,
     /// What the method `auto` measured and chose.
     #[serde(skip_serializing_if = "Option::is_none")]
-    choice: Option<auto::Choice>,
+    choice: Option<auto::DenoiseChoice>,
     vertices: usize,
     faces: usize,
     mean_edge: f64,
@@ -52,7 +52,7 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
         DenoisingError::Cancelled(_) => Failure::Interrupted,
     })?;
     let Moved { deltas, along, limits, choice } = moved;
-    let places: Vec<_> = surface.positions().iter().zip(&deltas).map(|(p, d)| *p - *d).collect();
+    let places = surface.moved_by(&deltas);
     if let Some(v) = places.iter().position(|p| !p.is_finite()) {
         let line = model.weld().first()[v] + 1;
         return Err(Failure::Internal(format!(
@@ -74,7 +74,7 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
         mean_edge: surface.mean_edge(),
         mean_displacement: lengths().sum::<f64>() / deltas.len() as f64,
         max_displacement: lengths().fold(0.0, f64::max),
-        heights: along.map(|(along, normals)| Heights { normals, loss: along.loss.into() }),
+        heights: along.map(|(along, normals)| Heights { normals, loss: along.residual.into() }),
         limits,
     };
     if let Some(warning) = limits.as_ref().and_then(words::volume_not_restored) {

@@ -2,7 +2,7 @@
 
 use super::BakeError;
 use crate::denoise::limits::{Bounds, Limits, LimitsError, Outcome};
-use crate::denoise::{Along, Denoiser, Denoising, DenoisingError, Loss, Motion, Moved, auto};
+use crate::denoise::{Denoiser, Denoising, DenoisingError, HeightField, HeightResidual, Motion, Moved, auto};
 use crate::displacement::MapKind;
 use crate::manifest::{Method, Target};
 use crate::model::{Model, NormalSource};
@@ -56,11 +56,11 @@ pub struct Ways {
     /// Whose these are.
     pub source: NormalSource,
     /// ⟨δ, n⟩, with a map of heights (#V, model units); what they leave out.
-    pub heights: Option<(Vec<f64>, Loss)>,
+    pub heights: Option<(Vec<f64>, HeightResidual)>,
     /// What limits did; none without any.
     pub limits: Option<Outcome>,
     /// What the method chose.
-    pub choice: Option<auto::Choice>,
+    pub choice: Option<auto::DenoiseChoice>,
 }
 
 impl Goal {
@@ -109,20 +109,20 @@ impl Goal {
         };
         bounds.clamp(&mut deltas);
         let (along, source) = if fits && normals.is_none() {
-            Along::best(surface, &deltas, progress)?
+            HeightField::best(surface, &deltas, progress)?
         } else if chosen == NormalSource::Leaning {
-            (Along::leaning(surface, &deltas, progress)?, chosen)
+            (HeightField::tilted(surface, &deltas, progress)?, chosen)
         } else {
             let normals = model.displacement_normals(chosen, &deltas)?;
             let along = match fits {
-                true => Along::fitted(surface, &deltas, normals, progress)?,
-                false => Along::projected(surface, &deltas, normals),
+                true => HeightField::fitted(surface, &deltas, normals, progress)?,
+                false => HeightField::projected(surface, &deltas, normals),
             };
             (along, chosen)
         };
-        let (along, limits) = along.within(&bounds, surface, &deltas, progress)?;
-        let (deltas, Along { normals, heights, loss }) = (along.deltas(), along);
-        Ok(Ways { deltas, normals, source, heights: Some((heights, loss)), limits, choice })
+        let (along, limits) = along.constrained(&bounds, surface, &deltas, progress)?;
+        let (deltas, HeightField { normals, heights, residual }) = (along.deltas(), along);
+        Ok(Ways { deltas, normals, source, heights: Some((heights, residual)), limits, choice })
     }
 
     /// Limits of the vertices.

@@ -7,9 +7,10 @@ use crate::displacement::{self, Displacement, Encoding, MapKind};
 use crate::model::Model;
 use crate::progress::Progress;
 use crate::texture::findings::Findings;
+use crate::texture::normal_map::{self, TangentFrames};
 use crate::texture::resolution::{self, Spacing};
 use crate::texture::tangents::{self, Tangent};
-use crate::texture::{self, Coverage, Exactness, HeightMap, Size, Texels, normal_map, per_vertex};
+use crate::texture::{self, Coverage, Exactness, HeightMap, Size, Texels, TextureLayout, per_vertex};
 use glam::{DMat3, DVec3, Vec3};
 
 /// What the map has to hold.
@@ -126,8 +127,9 @@ impl Maps {
                 let of_corners = corner_frames.unwrap_or_else(|| tangents::tangents(surface, atlas, normals));
                 progress.check()?;
                 let shaded = apply_offsets(model, &offsets.places, settings.lambda.0);
-                let map =
-                    normal_map::bake(surface, normals, &of_corners, shaded, &coverage, settings.convention, progress)?;
+                let layout = TextureLayout { surface, atlas, coverage: &coverage };
+                let frames = TangentFrames { normals, tangents: &of_corners };
+                let map = normal_map::bake(layout, frames, shaded, settings.convention, progress)?;
                 progress.stage("encoding");
                 let colour = image::ExtendedColorType::Rgb8;
                 let size = coverage.size();
@@ -156,9 +158,10 @@ fn at_uvs(
 ) -> Result<Vec<HeightMap>, BakeError> {
     let quantum = displacement::quantum(settings.texel);
     let exactness = Exactness { quantum, tolerance: settings.tolerance.0 };
+    let layout = TextureLayout { surface: model.surface(), atlas, coverage };
     let mut out = Vec::new();
     for channel in channels {
-        let mut map = texture::bake(model.surface(), atlas, channel, coverage, settings.interpolation, progress)?;
+        let mut map = texture::bake(layout, channel, settings.interpolation, progress)?;
         if settings.texels == Texels::Fitted {
             texture::fit(&mut map, atlas, channel, exactness, progress)?;
         }

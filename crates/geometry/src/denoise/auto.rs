@@ -1,33 +1,37 @@
-//! Measures the noise, tries candidates, and mixes those that come nearest to the truth by an estimate that needs none.
+//! Estimates the noise, evaluates candidates, and mixes those whose estimated error is lowest.
 //!
-//! Candidates are [`Map`](super::Map) with priors from flat to smooth and linear smoothing of several strengths. Each is
-//! run on the mesh and once more for each probe, a little noise of known size; that tells its risk (see `auto/risk.rs`), and
-//! the risks of all pairs, half of each, make the shares of the mixture. Those that the first probe finds far behind get no
-//! more of them. Large meshes are tried on patches, and only what has a share is run on the whole. A mesh on which no noise
-//! can be told from the surface is left alone. Where noise is alike between neighbours the estimate of the risk does not
-//! hold, and one robust prior with a large σ is used.
+//! Candidates are [`Map`](super::Map) with priors from flat to smooth, and linear smoothing of several strengths. Each is
+//! run on the mesh and once more for each probe, a little noise of known size; Stein's unbiased risk estimate follows from
+//! that (see `auto/sure.rs`) without knowing the clean mesh. The risks of all pairs of candidates, half of each, give the
+//! shares of the mixture. Candidates that the first probe finds far behind get no further probes. Large meshes are
+//! evaluated on patches, and only candidates with a share are run on the whole.
 //!
-//! Noise along the normals leaves vertices where they are across them, and the finest band across the normals says how far
-//! noise can have pushed them sideways at most. By that the candidates hold them, which is what tells noise along the normals
-//! from noise in all directions.
+//! A mesh whose noise cannot be told from its surface is left alone. Where the noise of neighbours is correlated, the risk
+//! estimate does not hold, and one robust prior with a large σ is used.
+//!
+//! Noise along the normals, as that of scanners, leaves the tangential positions of vertices alone. The finest band says how
+//! much tangential noise there can be at most, and the data terms of the candidates are stiffer in tangential directions
+//! accordingly.
 
 mod candidates;
-mod patches;
-mod risk;
-mod trial;
+mod evaluate;
+mod subsample;
+mod sure;
 
 pub use candidates::Candidate;
 
-use super::map::{Net, Run};
-use super::noise_level::{self, Kind, Look, NoiseLevel};
-use super::umbrella::Freedom;
+use super::bilaplacian::BoundaryConstraint;
+use super::connectivity::Connectivity;
+use super::map::Problem;
+use super::noise_level::{self, Kind, NoiseEstimate, NoiseLevel};
 use super::{Boundary, Motion};
 use crate::progress::{Cancelled, Progress};
 use crate::surface::Surface;
+use evaluate::{Evaluation, Mixture};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::fmt;
-use trial::Trial;
+use subsample::{PatchSizes, subsample};
 
 /// Settings of [`Denoiser::Auto`](super::Denoiser::Auto).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -61,41 +65,42 @@ impl Default for Auto {
     }
 }
 
-/// What was found and done.
+/// What the automatic method measured and chose.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Choice {
-    /// The noise as measured.
+pub struct DenoiseChoice {
+    /// Noise as measured on the mesh.
     pub measured: NoiseLevel,
-    /// What it is taken to be like.
+    /// Kind of noise that was assumed.
     pub kind: Kind,
-    /// σ that it is taken to have, mean edges; 0 where there is none.
+    /// Standard deviation σ of the noise that was assumed, mean edges; 0 where there is none.
     pub sigma: f64,
-    /// The same across the normals, at most.
-    #[serde(default)]
-    pub across: f64,
-    /// What was tried; shares sum to 1, the largest comes first.
-    pub candidates: Vec<Share>,
+    /// Upper bound of the standard deviation in tangential directions that was assumed, mean edges.
+    #[serde(default, rename = "across")]
+    pub tangential_sigma: f64,
+    /// Candidates with their shares, which add up to 1; the largest share comes first.
+    pub candidates: Vec<CandidateShare>,
 }
 
-/// A part of the result.
+/// A candidate and its share of the result.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Share {
-    /// What was tried.
+pub struct CandidateShare {
+    /// The candidate.
     pub candidate: Candidate,
-    /// How much of it is in the result, 0..=1.
+    /// Share of the candidate in the result, 0..=1.
     pub share: f64,
-    /// How much more its estimated mean squared error of the normals is than that of the best pair, square degrees; none
-    /// where it was not estimated.
-    pub behind: Option<f64>,
+    /// Estimated mean squared error of the normals beyond that of the best pair, square degrees; `None` where it was not
+    /// estimated.
+    #[serde(rename = "behind")]
+    pub risk_gap: Option<f64>,
 }
 
-impl Share {
+impl CandidateShare {
     fn all_of(candidate: Candidate) -> Self {
-        Self { candidate, share: 1.0, behind: None }
+        Self { candidate, share: 1.0, risk_gap: None }
     }
 }
 
-impl fmt::Display for Choice {
+impl fmt::Display for DenoiseChoice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.kind {
             Kind::None => write!(f, "no noise that could be told from the surface")?,
@@ -107,15 +112,15 @@ impl fmt::Display for Choice {
                 self.measured.fine, self.measured.coarse
             )?,
         }
-        if matches!(self.kind, Kind::Independent | Kind::Uneven) && self.across < self.sigma {
-            write!(f, ", at most {:.3} across the normals", self.across)?;
+        if matches!(self.kind, Kind::Independent | Kind::Uneven) && self.tangential_sigma < self.sigma {
+            write!(f, ", at most {:.3} across the normals", self.tangential_sigma)?;
         }
-        if let [Share { candidate: Candidate::Stay, .. }] = self.candidates[..] {
+        if let [CandidateShare { candidate: Candidate::Stay, .. }] = self.candidates[..] {
             return write!(f, ": left alone");
         }
         let mut separator = ": ";
-        // What is less rounds to nothing.
-        for Share { candidate, share, .. } in self.candidates.iter().filter(|share| share.share >= 0.005) {
+        // Smaller shares would be printed as 0 %.
+        for CandidateShare { candidate, share, .. } in self.candidates.iter().filter(|share| share.share >= 0.005) {
             write!(f, "{separator}{:.0} % {candidate}", 100.0 * share)?;
             separator = ", ";
         }
@@ -123,60 +128,90 @@ impl fmt::Display for Choice {
     }
 }
 
-/// σ, mean edges, beyond which results are judged without holding vertices.
-const MUCH: f64 = 0.4;
+/// Deviation, mean edges, from which noise is heavy. In heavy noise the normals used for the tangential term are themselves
+/// wrong, so results depend nonlinearly on the noise and the risk comes out too low. Candidates are then ranked without that
+/// term: their order is the same.
+const HEAVY_NOISE: f64 = 0.4;
 
-/// δ of what has the least risk (#V×3, model units), and what that is; in the free form, see [`Denoiser::run`](super::Denoiser::run).
-pub fn choose(surface: &Surface, settings: &Auto, progress: &dyn Progress) -> Result<(Vec<DVec3>, Choice), Cancelled> {
+/// Smallest share, after an evaluation on patches, for which a candidate is run on the whole mesh.
+const SMALLEST_SHARE: f64 = 0.08;
+
+/// Denoises with the mixture of candidates of the lowest estimated error. Returns δ = p − p* (#V×3, model units), in the free
+/// form (see [`Denoiser::run`](super::Denoiser::run)), and what was chosen.
+pub fn choose(
+    surface: &Surface,
+    settings: &Auto,
+    progress: &dyn Progress,
+) -> Result<(Vec<DVec3>, DenoiseChoice), Cancelled> {
     progress.check()?;
-    let net = Net::of(surface);
-    let look = Look::at(surface, &net, progress)?;
-    let kind = settings.kind.unwrap_or_else(|| match settings.noise {
-        Some(sigma) if look.level.kind() == Kind::None && sigma > 0.0 => Kind::Independent,
-        _ => look.level.kind(),
-    });
-    let sigma = if kind == Kind::None { 0.0 } else { settings.noise.unwrap_or_else(|| look.level.sigma_as(kind)) };
-    let input = surface.positions();
+    let connectivity = Connectivity::of(surface);
+    let noise = NoiseEstimate::of(surface, &connectivity, progress)?;
+    let (kind, sigma) = assumed_noise(settings, &noise.level);
     let candidates = settings.candidates.as_deref().unwrap_or(match kind {
         Kind::None => &[Candidate::Stay],
         Kind::Correlated => &[Candidate::Flat],
         Kind::Independent | Kind::Uneven => &Candidate::ALL,
     });
-    // Without noise there is nothing to do, and nothing to measure a risk by.
-    let noisy = sigma > noise_level::NOTHING && look.mean_edge > 0.0 && !candidates.is_empty();
+    // Without noise there is nothing to remove, and nothing to estimate a risk by.
+    let noisy = sigma > noise_level::ROUNDING_NOISE && noise.mean_edge > 0.0 && !candidates.is_empty();
     let candidates = if noisy { candidates } else { &[Candidate::Stay] };
-    let freedom = Freedom::of(surface, settings.boundary);
-    let held = settings.noise_across.map_or(look.level.held(kind), |across| noise_level::held(sigma, across));
-    let run = Run { held, ..Run::of(&net, &freedom, sigma, look.mean_edge) };
-    // Held by normals that much noise has turned, results depend on it in a way that is not linear any more, and their risk
-    // comes out too low. Those that are not held are as far behind each other.
-    let judged = Run { held: if sigma < MUCH { held } else { 0.0 }, ..run };
-    let smoothing = look.smoothing;
-    let whole = Trial { run, input, smoothing, judged: &[] };
-    let (shares, ways) = if let [candidate] = candidates {
-        whole.without_judging(vec![Share::all_of(*candidate)], progress)?
-    } else if let Some(part) = patches::part(surface, &net, patches::Sizes::default()) {
-        let freedom = freedom.of_part(&part.vertices);
-        let run = Run { net: &part.net, freedom: &freedom, ..judged };
-        let input = part.surface.positions();
-        let trial = Trial { run, input, smoothing, judged: &part.judged };
-        whole.without_judging(large(trial.judged(candidates, progress)?.0), progress)?
-    } else {
-        let found = Trial { run: judged, ..whole }.judged(candidates, progress)?;
-        if judged.held < held { whole.without_judging(large(found.0), progress)? } else { found }
+    let constraint = BoundaryConstraint::of(surface, settings.boundary);
+    let tangential_stiffness = match settings.noise_across {
+        Some(tangential) => noise_level::tangential_stiffness(sigma, tangential),
+        None => noise.level.tangential_stiffness(kind),
     };
-    let mixed = |v: usize| shares.iter().zip(&ways).map(|(share, ways)| share.share * ways[v]).sum::<DVec3>();
-    let deltas = net.without_folds(input, (0..input.len()).map(mixed).collect(), sigma);
-    let mut candidates = shares;
-    candidates.sort_by(|a, b| b.share.total_cmp(&a.share));
-    let across = settings.noise_across.unwrap_or(look.level.across);
-    Ok((deltas, Choice { measured: look.level, kind, sigma, across, candidates }))
+    let problem = Problem { tangential_stiffness, ..Problem::new(&connectivity, &constraint, sigma, noise.mean_edge) };
+    let input = surface.positions();
+    let whole = Evaluation { problem, input, smoothing: noise.smoothing, evaluated: &[] };
+    let (mut shares, offsets) = mixture(surface, whole, candidates, progress)?;
+    let mixed = |v: usize| shares.iter().zip(&offsets).map(|(share, of)| share.share * of[v]).sum::<DVec3>();
+    let deltas = connectivity.undo_flips(input, (0..input.len()).map(mixed).collect(), sigma);
+    shares.sort_by(|a, b| b.share.total_cmp(&a.share));
+    let tangential_sigma = settings.noise_across.unwrap_or(noise.level.tangential);
+    Ok((deltas, DenoiseChoice { measured: noise.level, kind, sigma, tangential_sigma, candidates: shares }))
 }
 
-/// Leaves out those that are not worth another run.
-fn large(mut shares: Vec<Share>) -> Vec<Share> {
-    const SMALL: f64 = 0.08;
-    shares.iter_mut().filter(|share| share.share <= SMALL).for_each(|share| share.share = 0.0);
+/// Kind and deviation σ (mean edges) of the noise: those of the settings, or else as measured.
+fn assumed_noise(settings: &Auto, measured: &NoiseLevel) -> (Kind, f64) {
+    let kind = settings.kind.unwrap_or_else(|| match settings.noise {
+        Some(sigma) if measured.kind() == Kind::None && sigma > 0.0 => Kind::Independent,
+        _ => measured.kind(),
+    });
+    let sigma = if kind == Kind::None { 0.0 } else { settings.noise.unwrap_or_else(|| measured.sigma_as(kind)) };
+    (kind, sigma)
+}
+
+/// Evaluates the candidates, on patches if the mesh is large, and runs them on the whole mesh.
+fn mixture(
+    surface: &Surface,
+    whole: Evaluation,
+    candidates: &[Candidate],
+    progress: &dyn Progress,
+) -> Result<Mixture, Cancelled> {
+    if let [candidate] = candidates {
+        return whole.run(vec![CandidateShare::all_of(*candidate)], progress);
+    }
+    let Problem { connectivity, constraint, sigma, .. } = whole.problem;
+    let is_heavy = sigma >= HEAVY_NOISE;
+    let tangential_stiffness = if is_heavy { 0.0 } else { whole.problem.tangential_stiffness };
+    let problem = Problem { tangential_stiffness, ..whole.problem };
+    if let Some(part) = subsample(surface, connectivity, PatchSizes::default()) {
+        let constraint = constraint.of_part(&part.vertices);
+        let problem = Problem { connectivity: &part.connectivity, constraint: &constraint, ..problem };
+        let (input, evaluated) = (part.surface.positions(), &part.evaluated[..]);
+        let patches = Evaluation { problem, input, evaluated, ..whole };
+        return whole.run(without_small_shares(patches.best_mixture(candidates, progress)?.0), progress);
+    }
+    let found = Evaluation { problem, ..whole }.best_mixture(candidates, progress)?;
+    if tangential_stiffness < whole.problem.tangential_stiffness {
+        return whole.run(without_small_shares(found.0), progress);
+    }
+    Ok(found)
+}
+
+/// Shares with those set to zero that are not worth another run; the others make up for them.
+fn without_small_shares(mut shares: Vec<CandidateShare>) -> Vec<CandidateShare> {
+    shares.iter_mut().filter(|share| share.share <= SMALLEST_SHARE).for_each(|share| share.share = 0.0);
     let total: f64 = shares.iter().map(|share| share.share).sum();
     shares.iter_mut().for_each(|share| share.share /= total);
     shares
@@ -185,7 +220,8 @@ fn large(mut shares: Vec<Share>) -> Vec<Share> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::denoise::faces::{Faces, Shapes};
+    use crate::denoise::face_geometry::FaceGeometry;
+    use crate::denoise::triangle_mesh::TriangleMesh;
     use crate::noise::{self, Noise};
     use crate::progress::Silent;
     use crate::ragged::Index;
@@ -199,15 +235,14 @@ mod tests {
 
     fn noisy_in(clean: &Surface, sigma: f64, direction: noise::Direction) -> Surface {
         let noise = Noise { sigma, direction, share: 1.0, seed: 3 };
-        let lifted = noise::displacements(clean, &noise);
-        clean.at(clean.positions().iter().zip(lifted).map(|(p, d)| *p + d).collect())
+        noise::noisy(clean, &noise)
     }
 
     /// Mean angle between the normals of two surfaces, degrees.
     fn off(a: &Surface, positions: &[DVec3]) -> f64 {
-        let faces = Faces::of(a);
-        let [a, b] = [a.positions(), positions].map(|x| Shapes::of(&faces, x).normals);
-        a.iter().zip(&b).map(|(a, b)| a.angle_between(*b).to_degrees()).sum::<f64>() / faces.len() as f64
+        let mesh = TriangleMesh::of(a);
+        let [a, b] = [a.positions(), positions].map(|x| FaceGeometry::of(&mesh, x).normals);
+        a.iter().zip(&b).map(|(a, b)| a.angle_between(*b).to_degrees()).sum::<f64>() / mesh.face_count() as f64
     }
 
     #[test]
@@ -215,7 +250,7 @@ mod tests {
         let clean = shapes::sphere(3);
         let noisy = noisy(&clean, 0.2);
         let (deltas, choice) = choose(&noisy, &Auto::default(), &Silent).unwrap();
-        let result: Vec<DVec3> = noisy.positions().iter().zip(deltas).map(|(p, d)| *p - d).collect();
+        let result = noisy.moved_by(&deltas);
         // From 22°. Curvature is 0.15 radians an edge, and the nearest smoothing by hand leaves 3.5°.
         assert!(off(&clean, &result) < 4.0, "{} {choice}", off(&clean, &result));
         // 642 vertices: the deviation is known to 3 %; three times that, and a tenth that the curvature may add.
@@ -232,18 +267,25 @@ mod tests {
             ball.at(ball.positions().iter().map(|p| p.clamp(DVec3::splat(-0.75), DVec3::splat(0.75))).collect());
         let left = |noisy: &Surface, across: Option<f64>| {
             let (deltas, choice) = choose(noisy, &Auto { noise_across: across, ..Auto::default() }, &Silent).unwrap();
-            let result: Vec<DVec3> = noisy.positions().iter().zip(deltas).map(|(p, d)| *p - d).collect();
+            let result = noisy.moved_by(&deltas);
             (off(&clean, &result), choice)
         };
         let along = noisy_in(&clean, 0.2, noise::Direction::Normal);
         let (held, choice) = left(&along, None);
-        assert!(choice.across < 0.5 * choice.sigma && choice.measured.held(choice.kind) > 3.0, "{choice:?}");
+        assert!(
+            choice.tangential_sigma < 0.5 * choice.sigma && choice.measured.tangential_stiffness(choice.kind) > 3.0,
+            "{choice:?}"
+        );
         // As if noise went in all directions.
         let (free, _) = left(&along, Some(0.2));
         assert!(held < 0.97 * free, "{held} {free}");
         // Of that much in all directions a third of the square goes along the normals.
         let (_, choice) = left(&noisy_in(&clean, 0.3, noise::Direction::Random), None);
-        assert!(choice.across > 0.9 * choice.measured.fine && choice.measured.held(choice.kind) < 0.3, "{choice:?}");
+        assert!(
+            choice.tangential_sigma > 0.9 * choice.measured.fine
+                && choice.measured.tangential_stiffness(choice.kind) < 0.3,
+            "{choice:?}"
+        );
     }
 
     /// A box 1 × 2 × 3 with sides of `cells` × `cells` rectangles, each cut in two.
@@ -275,7 +317,7 @@ mod tests {
         let clean = gridded_box(24);
         let noisy = noisy(&clean, 0.3);
         let (deltas, choice) = choose(&noisy, &Auto::default(), &Silent).unwrap();
-        let result: Vec<DVec3> = noisy.positions().iter().zip(deltas).map(|(p, d)| *p - d).collect();
+        let result = noisy.moved_by(&deltas);
         // From 33°. Judged along the normals of the smoothed mesh, half of it was linear smoothing, and 5.4° were
         // left; now 1.4°.
         assert!(off(&clean, &result) < 2.5, "{} {choice}", off(&clean, &result));
@@ -298,7 +340,7 @@ mod tests {
         let lift = |(p, q): (&DVec3, &DVec3)| *p + p.normalize() * (*q - *p).length();
         let rough = clean.at(clean.positions().iter().zip(noisy.positions()).map(lift).collect());
         let (deltas, choice) = choose(&rough, &Auto::default(), &Silent).unwrap();
-        assert!(deltas.iter().all(|d| *d == DVec3::ZERO) && choice.measured.skew > 0.125, "{choice:?}");
+        assert!(deltas.iter().all(|d| *d == DVec3::ZERO) && choice.measured.skewness > 0.125, "{choice:?}");
     }
 
     #[test]
@@ -326,22 +368,23 @@ mod tests {
     #[test]
     fn patches_give_about_the_shares_of_the_whole() {
         let noisy = noisy(&shapes::sphere(4), 0.2);
-        let net = Net::of(&noisy);
-        let look = Look::at(&noisy, &net, &Silent).unwrap();
-        let sizes = patches::Sizes { whole: 0, patches: 3, patch: 600, margin: 4 };
-        let part = patches::part(&noisy, &net, sizes).unwrap();
-        let judged = part.judged.iter().filter(|judged| **judged).count();
-        assert!(judged == 1800 && part.net.faces.len() < noisy.triangles().len(), "{judged}");
-        let freedom = Freedom::default();
+        let connectivity = Connectivity::of(&noisy);
+        let noise = NoiseEstimate::of(&noisy, &connectivity, &Silent).unwrap();
+        let sizes = PatchSizes { whole: 0, patches: 3, triangles: 600, margin: 4 };
+        let part = subsample(&noisy, &connectivity, sizes).unwrap();
+        let evaluated = part.evaluated.iter().filter(|evaluated| **evaluated).count();
+        assert!(evaluated == 1800 && part.connectivity.mesh.face_count() < noisy.triangles().len(), "{evaluated}");
+        let constraint = BoundaryConstraint::default();
         let candidates = &Candidate::ALL[4..];
-        let mean = |net: &Net, input: &[DVec3], judged: &[bool]| {
-            let run = Run::of(net, &freedom, look.level.sigma_as(look.level.kind()), look.mean_edge);
-            let trial = Trial { run, input, smoothing: look.smoothing, judged };
-            let shares = trial.judged(candidates, &Silent).unwrap().0;
+        let mean = |connectivity: &Connectivity, input: &[DVec3], evaluated: &[bool]| {
+            let sigma = noise.level.sigma_as(noise.level.kind());
+            let problem = Problem::new(connectivity, &constraint, sigma, noise.mean_edge);
+            let evaluation = Evaluation { problem, input, smoothing: noise.smoothing, evaluated };
+            let shares = evaluation.best_mixture(candidates, &Silent).unwrap().0;
             shares.iter().zip(0u32..).map(|(share, k)| share.share * f64::from(k)).sum::<f64>()
         };
-        let of_part = mean(&part.net, part.surface.positions(), &part.judged);
-        let of_whole = mean(&net, noisy.positions(), &[]);
+        let of_part = mean(&part.connectivity, part.surface.positions(), &part.evaluated);
+        let of_whole = mean(&connectivity, noisy.positions(), &[]);
         // Both lie among the smoothest of five; one place apart is what a third of the faces may cost.
         assert!((of_part - of_whole).abs() < 1.0, "{of_part} {of_whole}");
     }

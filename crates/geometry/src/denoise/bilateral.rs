@@ -1,4 +1,4 @@
-//! Bilateral filter of the heights over each vertex's tangent plane.
+//! Bilateral mesh denoising: a bilateral filter of the heights over each vertex's tangent plane.
 //!
 //! Shachar Fleishman, Iddo Drori, Daniel Cohen-Or. Bilateral mesh denoising. SIGGRAPH 2003.
 //!
@@ -7,7 +7,7 @@
 //! the standard deviation of the |hⱼ|.
 
 use super::Boundary;
-use super::faces::grow;
+use super::triangle_mesh::flood_fill;
 use crate::normals::{self, FaceWeight};
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
@@ -40,7 +40,7 @@ impl Default for Bilateral {
     }
 }
 
-/// δ after the last step. #V×3, model units.
+/// Filters and returns δ = p − p*. #V×3, model units
 pub(super) fn deltas(
     surface: &Surface,
     settings: &Bilateral,
@@ -64,18 +64,18 @@ pub(super) fn deltas(
     Ok(surface.positions().iter().zip(current.positions()).map(|(p, x)| *p - x).collect())
 }
 
-/// How far a vertex goes along its normal. `list` is room to work in.
+/// Displacement of a vertex along its normal in one step, model units. `list` is scratch memory.
 fn lift(surface: &Surface, vertex: Index, normal: DVec3, list: &mut Vec<Index>) -> f64 {
     let (positions, rings) = (surface.positions(), surface.topology().rings());
     let p = positions[vertex as usize];
     let squared = |v: Index| positions[v as usize].distance_squared(p);
     let nearest = rings.get(vertex).iter().map(|&v| squared(v)).fold(f64::INFINITY, f64::min);
-    // Nothing to smooth at a vertex without neighbours, or on top of one.
+    // A vertex without neighbours, or at the same position as one, has no height to be filtered.
     if !(nearest > 0.0 && nearest.is_finite()) {
         return 0.0;
     }
     list.clear();
-    grow(vertex, list, |v| rings.get(v), |v| squared(v) <= 4.0 * nearest);
+    flood_fill(vertex, list, |v| rings.get(v), |v| squared(v) <= 4.0 * nearest);
     let height = |v: Index| (positions[v as usize] - p).dot(normal);
     let count = list.len() as f64;
     let mean = list.iter().map(|&v| height(v).abs()).sum::<f64>() / count;
@@ -116,7 +116,7 @@ mod tests {
         let grid = shapes::grid(20);
         let noise = Noise { sigma: 0.1, direction: Direction::Normal, share: 1.0, seed: 5 };
         let lifted = noise::displacements(&grid, &noise);
-        let noisy = grid.at(grid.positions().iter().zip(&lifted).map(|(p, lift)| *p + *lift).collect());
+        let noisy = noise::noisy(&grid, &noise);
         let deltas = deltas(&noisy, &Bilateral { boundary: Boundary::Free, ..Bilateral::default() }, &Silent).unwrap();
         let squares = |heights: &dyn Fn(usize) -> f64| (0..deltas.len()).map(|v| heights(v).powi(2)).sum::<f64>();
         let (before, after) = (squares(&|v| lifted[v].z), squares(&|v| lifted[v].z - deltas[v].z));

@@ -1,17 +1,18 @@
-//! Bilateral filter of the face normals, then vertices that follow.
+//! Bilateral normal filter: face normals are averaged over near neighbours with similar normals, then vertices follow.
 //!
 //! Youyi Zheng, Hongbo Fu, Oscar Kin-Chung Au, Chiew-Lan Tai. Bilateral normal filtering for mesh denoising. TVCG 17 (10),
 //! 2011.
 //!
-//! The weight of face j for face i is wᵢⱼ = Aⱼ exp(−|cᵢ − cⱼ|² / 2σ_c²) exp(−|nᵢ − nⱼ|² / 2σ_s²): its area, how near it
-//! is, how much it looks the same way. The local scheme takes nᵢ ← normalise Σⱼ wᵢⱼ nⱼ again and again (eq. 3); the
-//! global one solves once for normals that equal the mean of their neighbours and stay near the input,
-//! min (1 − λ) Σᵢ Aᵢ |nᵢ − Σⱼ wᵢⱼ nⱼ / Σⱼ wᵢⱼ|² + λ Σᵢ Aᵢ |nᵢ − nᵢ⁰|² (eq. 5), here with all Aᵢ of that sum alike as in
-//! the code that the figures in the literature come from.
+//! The weight of face j for face i is wᵢⱼ = Aⱼ exp(−|cᵢ − cⱼ|² / 2σ_c²) exp(−|nᵢ − nⱼ|² / 2σ_s²): its area, its nearness,
+//! and the similarity of its normal. The local scheme iterates nᵢ ← normalise Σⱼ wᵢⱼ nⱼ (eq. 3). The global scheme solves
+//! once for normals that equal the mean of their neighbours and stay near the input,
+//! min (1 − λ) Σᵢ Aᵢ |nᵢ − Σⱼ wᵢⱼ nⱼ / Σⱼ wᵢⱼ|² + λ Σᵢ Aᵢ |nᵢ − nᵢ⁰|² (eq. 5). The areas Aᵢ of that sum are all taken as
+//! equal, as in the code that produced the figures in the literature.
 
 use super::Boundary;
-use super::conjugate_gradients::{Solve, by_rows, solve};
-use super::faces::{Faces, Shapes, filter};
+use super::conjugate_gradients::{Stop, multiply, solve};
+use super::face_geometry::{FaceGeometry, filter_normals};
+use super::triangle_mesh::TriangleMesh;
 use super::vertex_update::{Updater, VertexUpdate};
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::{Index, Ragged};
@@ -86,57 +87,58 @@ impl Default for BilateralNormals {
     }
 }
 
-/// δ of the vertices that follow the filtered normals. #V×3, model units.
+/// Filters the normals, lets the vertices follow and returns δ = p − p*. #V×3, model units
 pub(super) fn deltas(
     surface: &Surface,
     settings: &BilateralNormals,
     progress: &dyn Progress,
 ) -> Result<Vec<DVec3>, Cancelled> {
     progress.check()?;
-    let faces = Faces::of(surface);
-    let mut updater = Updater::new(surface, &faces, settings.vertex_update);
-    let shapes = Shapes::of(&faces, surface.positions());
-    let normals = filtered(&faces, shapes, settings, progress)?;
+    let mesh = TriangleMesh::of(surface);
+    let mut updater = Updater::new(surface, &mesh, settings.vertex_update);
+    let geometry = FaceGeometry::of(&mesh, surface.positions());
+    let normals = filtered(&mesh, geometry, settings, progress)?;
     updater.follow(&normals, progress)?;
     Ok(updater.deltas())
 }
 
-/// The filtered normals. #T×3
+/// Filters the face normals. #T×3
 fn filtered(
-    faces: &Faces,
-    shapes: Shapes,
+    mesh: &TriangleMesh,
+    geometry: FaceGeometry,
     settings: &BilateralNormals,
     progress: &dyn Progress,
 ) -> Result<Vec<DVec3>, Cancelled> {
     let neighbours = match settings.neighbours {
-        Neighbours::Vertex => faces.by_vertex(),
-        Neighbours::Edge => faces.by_edge(),
+        Neighbours::Vertex => mesh.vertex_neighbours(),
+        Neighbours::Edge => mesh.edge_neighbours(),
     };
-    let near = spatial_weights(&neighbours, &shapes, settings.sigma_spatial * faces.spacing(&shapes));
+    let sigma_spatial = settings.sigma_spatial * geometry.mean_centroid_distance(mesh);
+    let spatial = spatial_weights(&neighbours, &geometry, sigma_spatial);
     let falloff = -0.5 / (settings.sigma_range * settings.sigma_range);
-    let mut normals = shapes.normals;
-    let alike = |normals: &[DVec3], f: usize, g: usize| (normals[f].distance_squared(normals[g]) * falloff).exp();
+    let mut normals = geometry.normals;
+    let range = |normals: &[DVec3], f: usize, g: usize| (normals[f].distance_squared(normals[g]) * falloff).exp();
     if settings.scheme == Scheme::Global {
-        let weight = |f, place: usize, g| near[place] * alike(&normals, f, g);
+        let weight = |f, k: usize, g| spatial[k] * range(&normals, f, g);
         return global(&neighbours, &normals, weight, settings.smoothness, progress);
     }
     let mut next = normals.clone();
     for done in 1..=settings.iterations {
         progress.check()?;
-        filter(&neighbours, &normals, &mut next, |f, place, g| near[place] * alike(&normals, f, g));
+        filter_normals(&neighbours, &normals, &mut next, |f, k, g| spatial[k] * range(&normals, f, g));
         std::mem::swap(&mut normals, &mut next);
         progress.done(f64::from(done) / f64::from(settings.iterations) / 2.0);
     }
     Ok(normals)
 }
 
-/// What does not change while the normals do: area and nearness of each neighbour of each face.
-fn spatial_weights(neighbours: &Ragged<Index>, shapes: &Shapes, sigma: f64) -> Vec<f64> {
+/// Spatial weight of each neighbour of each face, its area times a Gaussian of its distance, in the order of the lists.
+fn spatial_weights(neighbours: &Ragged<Index>, geometry: &FaceGeometry, sigma: f64) -> Vec<f64> {
     let falloff = -0.5 / (sigma * sigma);
     let of_face = |f: usize| {
         neighbours.get(f as Index).iter().map(move |&g| {
-            let distance = shapes.centroids[f].distance_squared(shapes.centroids[g as usize]);
-            shapes.areas[g as usize] * (distance * falloff).exp()
+            let distance = geometry.centroids[f].distance_squared(geometry.centroids[g as usize]);
+            geometry.areas[g as usize] * (distance * falloff).exp()
         })
     };
     (0..neighbours.len()).into_par_iter().flat_map_iter(of_face).collect()
@@ -166,11 +168,11 @@ fn global(
     let transposed = Csr::from_triplets(count, triplets.iter().map(|&(f, g, w)| (g, f, w)));
     let squares = |f: usize| transposed.row(f as Index).iter().map(|e| e.1 * e.1).sum::<f64>();
     let diagonal: Vec<f64> = (0..count).map(|f| (1.0 - smoothness) * squares(f) + smoothness).collect();
-    let system = |x: &[DVec3], out: &mut [DVec3]| {
-        let away = matrix.times(x);
-        by_rows(x, out, |f| (1.0 - smoothness) * transposed.row_times(f, &away) + smoothness * x[f])
+    let operator = |x: &[DVec3], out: &mut [DVec3]| {
+        let differences = matrix.times(x);
+        multiply(x, out, |f| (1.0 - smoothness) * transposed.row_times(f, &differences) + smoothness * x[f])
     };
     let right: Vec<DVec3> = normals.iter().map(|n| smoothness * *n).collect();
-    let solution = solve(system, &diagonal, &right, normals.to_vec(), Solve::default(), progress)?;
+    let solution = solve(operator, &diagonal, &right, normals.to_vec(), Stop::default(), progress)?;
     Ok(solution.iter().zip(normals).map(|(x, n)| x.try_normalize().unwrap_or(*n)).collect())
 }

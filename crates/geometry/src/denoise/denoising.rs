@@ -1,7 +1,7 @@
 //! A method within limits.
 
 use super::limits::{Limits, LimitsError, Outcome};
-use super::{Along, Denoiser, Motion, auto};
+use super::{Denoiser, HeightField, Motion, auto};
 use crate::model::NormalSource;
 use crate::normals::{self, FaceWeight};
 use crate::progress::{Cancelled, Progress};
@@ -45,11 +45,11 @@ pub struct Moved {
     /// δᵢ = pᵢ − p*ᵢ. #V×3, model units
     pub deltas: Vec<DVec3>,
     /// The same as heights and whose normals they go along, with [`Motion::AlongNormal`].
-    pub along: Option<(Along, NormalSource)>,
+    pub along: Option<(HeightField, NormalSource)>,
     /// What limits did; none without any.
     pub limits: Option<Outcome>,
     /// What the method chose; none by methods that choose nothing.
-    pub choice: Option<auto::Choice>,
+    pub choice: Option<auto::DenoiseChoice>,
 }
 
 impl Denoising {
@@ -59,8 +59,8 @@ impl Denoising {
         let (mut deltas, choice) = self.denoiser.freed().run(surface, progress)?;
         if self.denoiser.motion() == Some(Motion::AlongNormal) {
             bounds.clamp(&mut deltas);
-            let (best, source) = Along::best(surface, &deltas, progress)?;
-            let (along, limits) = best.within(&bounds, surface, &deltas, progress)?;
+            let (best, source) = HeightField::best(surface, &deltas, progress)?;
+            let (along, limits) = best.constrained(&bounds, surface, &deltas, progress)?;
             return Ok(Moved { deltas: along.deltas(), along: Some((along, source)), limits, choice });
         }
         let along = normals::vertex_normals(surface, FaceWeight::Angle);

@@ -1,4 +1,4 @@
-//! Joint bilateral filter of the face normals, guided by the most consistent patch around each face.
+//! Guided normal filter: a joint bilateral filter of the face normals, guided by the most consistent patch around each face.
 //!
 //! Wangyu Zhang, Bailin Deng, Juyong Zhang, Sofien Bouaziz, Ligang Liu. Guided mesh normal filtering. Computer Graphics
 //! Forum 34 (7), Pacific Graphics 2015.
@@ -9,7 +9,8 @@
 //! exp(−|gᵢ − gⱼ|² / 2σ_r²) nⱼ over the faces within a radius, and vertices follow before the next iteration.
 
 use super::Boundary;
-use super::faces::{Faces, Shapes, filter, lists};
+use super::face_geometry::{FaceGeometry, filter_normals};
+use super::triangle_mesh::{TriangleMesh, build_lists};
 use super::vertex_update::{Updater, VertexUpdate};
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::{Index, Ragged};
@@ -55,81 +56,85 @@ impl Default for GuidedNormals {
     }
 }
 
-/// δ of the vertices after the last round. #V×3, model units.
+/// Filters the normals, lets the vertices follow in each round and returns δ = p − p*. #V×3, model units
 pub(super) fn deltas(
     surface: &Surface,
     settings: &GuidedNormals,
     progress: &dyn Progress,
 ) -> Result<Vec<DVec3>, Cancelled> {
     progress.check()?;
-    let faces = Faces::of(surface);
-    let mut updater = Updater::new(surface, &faces, settings.vertex_update);
-    let mut shapes = Shapes::of(&faces, surface.positions());
+    let mesh = TriangleMesh::of(surface);
+    let mut updater = Updater::new(surface, &mesh, settings.vertex_update);
+    let mut geometry = FaceGeometry::of(&mesh, surface.positions());
     let neighbours = {
-        let around = faces.within(settings.radius * faces.spacing(&shapes), &shapes.centroids);
-        lists(faces.len(), |f, list| {
+        let around =
+            mesh.neighbours_within(settings.radius * geometry.mean_centroid_distance(&mesh), &geometry.centroids);
+        build_lists(mesh.face_count(), |f, list| {
             list.extend(around.get(f));
             list.push(f);
         })
     };
-    let patches = Patches::of(&faces);
+    let patches = Patches::of(&mesh);
     let mut guidance = Guidance::new(&patches);
-    let mut filtered = shapes.normals.clone();
+    let mut filtered = geometry.normals.clone();
     for done in 1..=settings.iterations {
         progress.check()?;
-        guidance.measure(&patches, &shapes);
-        let sigma = settings.sigma_spatial * faces.spacing(&shapes);
-        let [near, alike] = [sigma, settings.sigma_range].map(|sigma| -0.5 / (sigma * sigma));
-        filter(&neighbours, &shapes.normals, &mut filtered, |f, _, g| {
-            let distance = shapes.centroids[f].distance_squared(shapes.centroids[g]);
+        guidance.update(&patches, &geometry);
+        let sigma = settings.sigma_spatial * geometry.mean_centroid_distance(&mesh);
+        let [spatial, range] = [sigma, settings.sigma_range].map(|sigma| -0.5 / (sigma * sigma));
+        filter_normals(&neighbours, &geometry.normals, &mut filtered, |f, _, g| {
+            let distance = geometry.centroids[f].distance_squared(geometry.centroids[g]);
             let difference = guidance.normals[f].distance_squared(guidance.normals[g]);
-            shapes.areas[g] * (near * distance + alike * difference).exp()
+            geometry.areas[g] * (spatial * distance + range * difference).exp()
         });
         updater.follow(&filtered, progress)?;
-        shapes.measure(&faces, updater.positions());
+        geometry.update(&mesh, updater.positions());
         progress.done(f64::from(done) / f64::from(settings.iterations));
     }
     Ok(updater.deltas())
 }
 
-/// Each face with those that share a vertex with it.
+/// Patches: each face with the faces that share a vertex with it.
 struct Patches {
-    /// Ascending, the face itself at the end.
+    /// Faces of each patch, ascending, with the face itself at the end. #T lists
     members: Ragged<Index>,
-    /// Edges with both faces in the patch, as places in `edges`.
+    /// Edges with both faces in the patch, as indices in `edges`. #T lists
     inner: Ragged<Index>,
-    /// The two faces at each edge.
+    /// The two faces at each interior edge. #E×2
     edges: Vec<[Index; 2]>,
 }
 
 impl Patches {
-    fn of(faces: &Faces) -> Self {
-        let touching = faces.by_vertex();
-        let members = lists(faces.len(), |f, list| {
-            list.extend(touching.get(f));
+    fn of(mesh: &TriangleMesh) -> Self {
+        let vertex_neighbours = mesh.vertex_neighbours();
+        let members = build_lists(mesh.face_count(), |f, list| {
+            list.extend(vertex_neighbours.get(f));
             list.push(f);
         });
-        let of_face = Ragged::group(faces.len(), (0..).zip(&faces.pairs).flat_map(|(e, &[f, g])| [(f, e), (g, e)]));
-        // The lower face of an edge brings it in, so that it comes once.
-        let inside = |f: Index, g: Index| f == g || touching.get(f).binary_search(&g).is_ok();
-        let inner = lists(faces.len(), |f, list: &mut Vec<Index>| {
+        let of_face =
+            Ragged::group(mesh.face_count(), (0..).zip(&mesh.edge_faces).flat_map(|(e, &[f, g])| [(f, e), (g, e)]));
+        // Each edge is listed by its lower face, so that it comes once.
+        let inside = |f: Index, g: Index| f == g || vertex_neighbours.get(f).binary_search(&g).is_ok();
+        let inner = build_lists(mesh.face_count(), |f, list: &mut Vec<Index>| {
             for &g in members.get(f) {
-                let brought = |e: &&Index| {
-                    let [a, b] = faces.pairs[**e as usize];
+                let is_inner = |e: &&Index| {
+                    let [a, b] = mesh.edge_faces[**e as usize];
                     g == a.min(b) && inside(f, a.max(b))
                 };
-                list.extend(of_face.get(g).iter().filter(brought));
+                list.extend(of_face.get(g).iter().filter(is_inner));
             }
         });
-        Self { members, inner, edges: faces.pairs.clone() }
+        Self { members, inner, edges: mesh.edge_faces.clone() }
     }
 }
 
-/// The most consistent patch at each face.
+/// Guidance normals: the mean normal of the most consistent patch at each face.
 struct Guidance {
+    /// Difference |n₁ − n₂| of the normals at each interior edge. #E
     differences: Vec<f64>,
+    /// Inconsistency H and mean normal of each patch. #T
     patches: Vec<(f64, DVec3)>,
-    /// g. #T×3
+    /// Guidance normal gᵢ of each face. #T×3
     normals: Vec<DVec3>,
 }
 
@@ -143,19 +148,20 @@ impl Guidance {
         }
     }
 
-    fn measure(&mut self, patches: &Patches, shapes: &Shapes) {
-        let normal = |f: Index| shapes.normals[f as usize];
+    /// Computes the guidance for the current normals.
+    fn update(&mut self, patches: &Patches, geometry: &FaceGeometry) {
+        let normal = |f: Index| geometry.normals[f as usize];
         self.differences.par_iter_mut().zip(&patches.edges).with_min_len(2048).for_each(|(difference, &[f, g])| {
             *difference = normal(f).distance(normal(g));
         });
         let differences = &self.differences;
         self.patches.par_iter_mut().enumerate().with_min_len(256).for_each_init(
-            SideBySide::default,
+            PatchNormals::default,
             |normals, (f, out)| {
                 normals.clear();
                 let mut mean = DVec3::ZERO;
                 for &g in patches.members.get(f as Index) {
-                    mean += normal(g) * shapes.areas[g as usize];
+                    mean += normal(g) * geometry.areas[g as usize];
                     normals.push(normal(g));
                 }
                 let inner = patches.inner.get(f as Index).iter().map(|&e| differences[e as usize]);
@@ -167,7 +173,7 @@ impl Guidance {
         self.normals.par_iter_mut().enumerate().with_min_len(1024).for_each(|(f, out)| {
             let mut best = (f64::INFINITY, DVec3::ZERO);
             for &g in patches.members.get(f as Index) {
-                // Between patches that are equal but for rounding, the first one, whatever the rounding.
+                // Of patches that are equal up to rounding the first one is taken, whatever the rounding.
                 if found[g as usize].0 < best.0 - 1e-9 {
                     best = found[g as usize];
                 }
@@ -177,13 +183,13 @@ impl Guidance {
     }
 }
 
-/// The normals of a patch, coordinate by coordinate: each is looked at with all others, two at a time.
+/// The normals of a patch, coordinate by coordinate, so that each is compared with the others two at a time.
 #[derive(Default)]
-struct SideBySide {
+struct PatchNormals {
     coordinates: [Vec<f64>; 3],
 }
 
-impl SideBySide {
+impl PatchNormals {
     fn clear(&mut self) {
         self.coordinates.iter_mut().for_each(Vec::clear);
     }
@@ -192,10 +198,10 @@ impl SideBySide {
         self.coordinates.iter_mut().zip(normal.to_array()).for_each(|(all, x)| all.push(x));
     }
 
-    /// The largest distance between two of them.
+    /// Largest distance between two normals.
     fn widest(&mut self) -> f64 {
         if self.coordinates[0].len() % 2 == 1 {
-            // The first one once more makes nothing wider.
+            // Repeating the first normal does not change the largest distance.
             self.push(DVec3::from_array([0, 1, 2].map(|axis| self.coordinates[axis][0])));
         }
         let [x, y, z] = &self.coordinates;
@@ -203,7 +209,7 @@ impl SideBySide {
         for k in 0..x.len() {
             let own = [x[k], y[k], z[k]];
             let from = k / 2 * 2;
-            // Pairs start at even places, so that the last one ends where the list does.
+            // Pairs start at even indices, so that the last one ends where the list does.
             let pairs = x[from..].chunks_exact(2).zip(y[from..].chunks_exact(2)).zip(z[from..].chunks_exact(2));
             for ((px, py), pz) in pairs {
                 for lane in 0..2 {
@@ -216,7 +222,7 @@ impl SideBySide {
     }
 }
 
-/// What [`f64::max`] would say where nothing is NaN, in one instruction.
+/// Maximum of two numbers, neither of which is NaN, in one instruction; [`f64::max`] takes several.
 fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
 }
@@ -230,7 +236,7 @@ mod tests {
         let along = |k: u32| DVec3::new(f64::from(k), 0.0, 1.0);
         for count in 1..8 {
             for first in 0..count {
-                let mut normals = SideBySide::default();
+                let mut normals = PatchNormals::default();
                 // Numbers go round, so that the widest pair is at all places in turn.
                 (0..count).for_each(|k| normals.push(along((first + k) % count)));
                 assert_eq!(normals.widest(), f64::from(count - 1), "{count} {first}");

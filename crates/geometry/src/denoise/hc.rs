@@ -1,10 +1,11 @@
-//! Laplacian smoothing that pushes vertices back to where they came from.
+//! HC smoothing: Laplacian smoothing with a correction that pushes vertices back.
 //!
 //! Jörg Vollmer, Robert Mencl, Heinrich Müller. Improved Laplacian smoothing of noisy surface meshes. Computer Graphics
 //! Forum 18 (3), Eurographics 1999: the HC algorithm.
 //!
-//! One iteration takes each vertex q to the mean p of its neighbours, and then back by how far it and its neighbours
-//! went: with b = p − (α o + (1 − α) q), o the place in the input, p ← p − (β b + (1 − β) · mean of the neighbours' b).
+//! One iteration moves each vertex q to the mean p of its neighbours, and then back by an average of its own motion and
+//! that of its neighbours: with b = p − (α o + (1 − α) q), where o is the position in the input,
+//! p ← p − (β b + (1 − β) · mean of the neighbours' b).
 
 use super::Boundary;
 use crate::laplacian;
@@ -36,7 +37,7 @@ impl Default for Hc {
     }
 }
 
-/// δ after the last step. #V×3, model units.
+/// Smooths and returns δ = p − p*. #V×3, model units
 pub(super) fn deltas(surface: &Surface, settings: &Hc, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
     let (topology, input) = (surface.topology(), surface.positions());
     let stays = |v: usize| settings.boundary == Boundary::Fixed && topology.is_boundary(v as Index);
@@ -44,16 +45,16 @@ pub(super) fn deltas(surface: &Surface, settings: &Hc, progress: &dyn Progress) 
     let mut positions = input.to_vec();
     for done in 1..=settings.iterations {
         progress.check()?;
-        let ways = laplacian::uniform(topology, &positions);
-        let back = |(v, way): (usize, &DVec3)| {
-            if stays(v) { DVec3::ZERO } else { alpha * (positions[v] - input[v]) + *way }
+        let to_mean = laplacian::uniform(topology, &positions);
+        let correction = |(v, to_mean): (usize, &DVec3)| {
+            if stays(v) { DVec3::ZERO } else { alpha * (positions[v] - input[v]) + *to_mean }
         };
-        let back: Vec<DVec3> = ways.par_iter().enumerate().map(back).collect();
-        // From a vertex's own b to the mean of its neighbours'.
-        let spread = laplacian::uniform(topology, &back);
+        let corrections: Vec<DVec3> = to_mean.par_iter().enumerate().map(correction).collect();
+        // Difference between the mean of the neighbours' b and a vertex's own.
+        let to_mean_correction = laplacian::uniform(topology, &corrections);
         positions.par_iter_mut().enumerate().for_each(|(v, x)| {
             if !stays(v) {
-                *x += ways[v] - (back[v] + (1.0 - beta) * spread[v]);
+                *x += to_mean[v] - (corrections[v] + (1.0 - beta) * to_mean_correction[v]);
             }
         });
         progress.done(f64::from(done) / f64::from(settings.iterations));
@@ -72,14 +73,11 @@ mod tests {
     #[test]
     fn it_shrinks_a_sphere_far_less_than_the_plain_step() {
         let sphere = shapes::sphere(3);
-        let lost = |deltas: Vec<DVec3>| {
-            let denoised = sphere.positions().iter().zip(deltas).map(|(p, d)| *p - d);
-            1.0 - sphere.at(denoised.collect()).volume() / sphere.volume()
-        };
+        let lost = |deltas: Vec<DVec3>| 1.0 - sphere.at(sphere.moved_by(&deltas)).volume() / sphere.volume();
         let hc = lost(deltas(&sphere, &Hc::default(), &Silent).unwrap());
         let steps = Laplacian { iterations: 8, step: 1.0, ..Laplacian::default() };
         let plain = lost(plain::deltas(&sphere, &steps, &Silent).unwrap());
-        // What a step takes off smooth shapes it puts back, but for the curvature of the neighbours' ways.
+        // A step restores what it takes off smooth shapes, except for the curvature of the neighbours' motion.
         assert!(plain > 0.02 && hc.abs() < plain / 20.0, "{hc} {plain}");
     }
 

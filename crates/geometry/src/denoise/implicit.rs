@@ -1,13 +1,14 @@
-//! Diffusion by one long, stable step.
+//! Implicit fairing: diffusion by long, stable steps.
 //!
 //! Mathieu Desbrun, Mark Meyer, Peter Schröder, Alan H. Barr. Implicit fairing of irregular meshes using diffusion and
 //! curvature flow. SIGGRAPH 1999: backward Euler, (1 − t L) x = p (eq. 9), which is stable for every t.
 //!
-//! L is symmetrised by a mass: (M − t S) x = M p. With uniform weights M is the number of neighbours and S their sum
-//! minus it, so that L is the way to their mean; with cotangents M is a third of the area around in units of its mean,
-//! which makes the step one of mean curvature flow. What is solved for is x − p, so the origin does not matter.
+//! L is made symmetric by a mass matrix: (M − t S) x = M p. With uniform weights M is the number of neighbours and S their
+//! adjacency matrix minus M, so that L x is the offset to the mean of the neighbours. With cotangents M is a third of the
+//! area around a vertex in units of its mean, which makes the step one of mean curvature flow. The unknown is x − p, so the
+//! origin does not matter.
 
-use super::conjugate_gradients::{Solve, by_rows, solve};
+use super::conjugate_gradients::{Stop, multiply, solve};
 use super::{Boundary, EdgeWeights};
 use crate::laplacian;
 use crate::progress::{Cancelled, Progress};
@@ -57,7 +58,7 @@ impl Default for Implicit {
     }
 }
 
-/// δ after the last step. #V×3, model units.
+/// Smooths and returns δ = p − p*. #V×3, model units
 pub(super) fn deltas(surface: &Surface, settings: &Implicit, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
     progress.check()?;
     let system = System::new(surface, settings);
@@ -69,21 +70,21 @@ pub(super) fn deltas(surface: &Surface, settings: &Implicit, progress: &dyn Prog
     for done in 1..=settings.iterations {
         progress.check()?;
         let right = system.right(&positions);
-        let way = match &factor {
+        let step = match &factor {
             Some(factor) => backsolve(factor, &right),
             None => system.iterate(&right, progress)?,
         };
-        positions.par_iter_mut().zip(way).for_each(|(x, way)| *x += way);
+        positions.par_iter_mut().zip(step).for_each(|(x, step)| *x += step);
         progress.done(f64::from(done) / f64::from(settings.iterations));
     }
     Ok(surface.positions().iter().zip(positions).map(|(p, x)| *p - x).collect())
 }
 
-/// (M − t S) restricted to the vertices that move; 1 on the diagonal of the others.
+/// The linear system of one step: M − t S on the vertices that move, and 1 on the diagonal of the others.
 struct System {
     matrix: Csr,
-    /// t S, its rows of vertices that stay empty.
-    pull: Csr,
+    /// Matrix t S, whose rows are empty for vertices that stay.
+    scaled_stiffness: Csr,
 }
 
 type Factor = faer::sparse::linalg::solvers::Llt<usize, f64>;
@@ -109,21 +110,21 @@ impl System {
             |v: Index| mass[v as usize] <= 0.0 || settings.boundary == Boundary::Fixed && topology.is_boundary(v);
         let moving = |v: Index| (0..).zip(stiffness.row(v)).filter(move |_| !stays(v)).map(|e| *e.1);
         let vertices = 0..topology.vertex_count() as Index;
-        let pull = vertices.clone().flat_map(|v| moving(v).map(move |(j, w)| (v, j, settings.time * w)));
-        let system = pull.clone().filter(|e| !stays(e.1)).map(|(v, j, w)| (v, j, -w));
+        let scaled_stiffness = vertices.clone().flat_map(|v| moving(v).map(move |(j, w)| (v, j, settings.time * w)));
+        let system = scaled_stiffness.clone().filter(|e| !stays(e.1)).map(|(v, j, w)| (v, j, -w));
         let masses = vertices.map(|v| (v, v, if stays(v) { 1.0 } else { mass[v as usize] }));
         Self {
             matrix: Csr::from_triplets(mass.len(), system.chain(masses)),
-            pull: Csr::from_triplets(mass.len(), pull),
+            scaled_stiffness: Csr::from_triplets(mass.len(), scaled_stiffness),
         }
     }
 
-    /// t S x
+    /// Right-hand side t S x. #V×3
     fn right(&self, positions: &[DVec3]) -> Vec<DVec3> {
         // Differences, since far from the origin the sum of positions would round them away.
         let of_row = |v: usize| {
             let towards = |&(j, w): &(Index, f64)| (positions[j as usize] - positions[v]) * w;
-            self.pull.row(v as Index).iter().map(towards).sum()
+            self.scaled_stiffness.row(v as Index).iter().map(towards).sum()
         };
         (0..positions.len()).into_par_iter().map(of_row).collect()
     }
@@ -131,12 +132,12 @@ impl System {
     fn iterate(&self, right: &[DVec3], progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
         let own = |(v, row): (Index, &[(Index, f64)])| row.iter().find(|e| e.0 == v).map_or(1.0, |e| e.1);
         let diagonal: Vec<f64> = (0..).zip(self.matrix.rows()).map(own).collect();
-        let product = |x: &[DVec3], out: &mut [DVec3]| by_rows(x, out, |v| self.matrix.row_times(v, x));
+        let product = |x: &[DVec3], out: &mut [DVec3]| multiply(x, out, |v| self.matrix.row_times(v, x));
         let guess = vec![DVec3::ZERO; right.len()];
-        solve(product, &diagonal, right, guess, Solve { tolerance: 1e-12, ..Solve::default() }, progress)
+        solve(product, &diagonal, right, guess, Stop { tolerance: 1e-12, ..Stop::default() }, progress)
     }
 
-    /// Cholesky factors; none where rounding has made the matrix indefinite, and then iterating does what can be done.
+    /// Cholesky factors; `None` if rounding has made the matrix indefinite, in which case conjugate gradients are used.
     fn factor(&self) -> Option<Factor> {
         let entry = |i: Index, &(j, w): &(Index, f64)| Triplet::new(i as usize, j as usize, w);
         let rows = (0..).zip(self.matrix.rows());
@@ -181,7 +182,7 @@ mod tests {
         let surface = shapes::dented_sphere(2);
         let settings = Implicit { iterations: 1, time: 3.0, ..Implicit::default() };
         let deltas = deltas(&surface, &settings, &Silent).unwrap();
-        let x: Vec<DVec3> = surface.positions().iter().zip(deltas).map(|(p, d)| *p - d).collect();
+        let x = surface.moved_by(&deltas);
         for ((x, way), p) in x.iter().zip(laplacian::uniform(surface.topology(), &x)).zip(surface.positions()) {
             assert!((*x - 3.0 * way).distance(*p) < 1e-10);
         }

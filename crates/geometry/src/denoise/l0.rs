@@ -1,17 +1,18 @@
-//! Few edges that are not flat: L0 minimisation.
+//! L0 minimisation: as few edges as possible are not flat.
 //!
 //! Lei He, Scott Schaefer. Mesh denoising via L0 minimization. SIGGRAPH 2013.
 //!
-//! Minimises |p − p⁰|² + α |R(p)|² + β |D(p) − δ|² + λ |δ|₀ in turns, where D is the area-based edge operator (eq. 6),
-//! which vanishes at an edge whose triangles are in one plane, and R = p₁ − p₂ + p₃ − p₄ keeps triangles from folding. In
-//! each round δ is D where |D|² ≥ λ/β and 0 elsewhere, then p solves a linear system; β grows and α shrinks.
+//! Minimises |p − p⁰|² + α |R(p)|² + β |D(p) − δ|² + λ |δ|₀ alternately in δ and p. D is the area-based edge operator
+//! (eq. 6), which vanishes at an edge whose triangles are in one plane, and R = p₁ − p₂ + p₃ − p₄ keeps triangles from
+//! folding. In each round δ is D where |D|² ≥ λ/β and 0 elsewhere, then p solves a linear system; β grows and α shrinks.
 //!
 //! λ = 0.2 ē² γ and α = 0.1 γ, with ē the mean edge length and γ the mean absolute dihedral angle in radians. (The
 //! published code averages the signed angles, which cancel, and so takes almost no λ.)
 
 use super::Boundary;
-use super::conjugate_gradients::{Solve, by_rows, solve};
-use super::faces::{Faces, Shapes};
+use super::conjugate_gradients::{Stop, multiply, solve};
+use super::face_geometry::FaceGeometry;
+use super::triangle_mesh::TriangleMesh;
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::{Index, Ragged};
 use crate::surface::Surface;
@@ -54,77 +55,67 @@ impl Default for L0 {
     }
 }
 
-/// Whatever β does.
-const MOST_ROUNDS: f64 = 1000.0;
+/// Largest number of rounds, whatever the growth of β.
+const MAX_ROUNDS: f64 = 1000.0;
 
-/// δ of the solution. #V×3, model units.
+/// Stopping criterion of the inner systems.
+const INNER: Stop = Stop { tolerance: 1e-4, max_steps: 1000 };
+
+/// Minimises and returns δ = p − p*. #V×3, model units
 pub(super) fn deltas(surface: &Surface, settings: &L0, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
     progress.check()?;
-    let faces = Faces::of(surface);
+    let mesh = TriangleMesh::of(surface);
     let input = surface.positions();
-    let mut shapes = Shapes::of(&faces, input);
-    let bend = faces.mean_bend(&shapes);
+    let mut geometry = FaceGeometry::of(&mesh, input);
+    let dihedral_angle = geometry.mean_dihedral_angle(&mesh);
     let mean_edge = surface.mean_edge();
-    let lambda = settings.sparsity * 0.2 * mean_edge * mean_edge * bend;
-    let (mut alpha, mut beta) = (settings.alpha * bend, settings.beta_min);
-    let stays = |v: Index| settings.boundary == Boundary::Fixed && surface.topology().is_boundary(v);
-    let fixed: Vec<bool> = (0..input.len() as Index).map(stays).collect();
-    let mut edges = Edges::of(&faces, input.len());
+    let lambda = settings.sparsity * 0.2 * mean_edge * mean_edge * dihedral_angle;
+    let (mut alpha, mut beta) = (settings.alpha * dihedral_angle, settings.beta_min);
+    let is_fixed = |v: Index| settings.boundary == Boundary::Fixed && surface.topology().is_boundary(v);
+    let fixed: Vec<bool> = (0..input.len() as Index).map(is_fixed).collect();
+    let mut edges = Edges::of(&mesh, input.len());
     let mut matrix = Matrix::of(&edges);
-    // The solution is found as a way from the input, which does not depend on where the origin is.
-    let mut way = vec![DVec3::ZERO; input.len()];
-    let mut before = way.clone();
+    // Offsets from the input are solved for, since they do not depend on where the origin is.
+    let mut offsets = vec![DVec3::ZERO; input.len()];
+    let mut previous = offsets.clone();
     let mut positions = input.to_vec();
-    let rounds = ((settings.beta_max / beta).ln() / settings.beta_growth.ln()).ceil().clamp(0.0, MOST_ROUNDS) as u32;
+    let rounds = ((settings.beta_max / beta).ln() / settings.beta_growth.ln()).ceil().clamp(0.0, MAX_ROUNDS) as u32;
     for done in 1..=rounds {
-        edges.measure(&faces, &shapes, &positions);
-        let threshold = lambda / beta;
-        let at = |points: &[DVec3], e: usize| edges.difference(points, e);
-        // α R(p⁰) and β (D(p⁰) − δ), whose adjoints are minus the right-hand side.
-        let missing = |e: usize| {
-            let jump = at(&positions, e);
-            let kept = if jump.length_squared() >= threshold { jump } else { DVec3::ZERO };
-            [alpha * edges.fold(input, e), beta * (at(input, e) - kept)]
-        };
-        let missing: Vec<_> = (0..edges.coefficients.len()).into_par_iter().with_min_len(1024).map(missing).collect();
-        let right: Vec<DVec3> = (0..input.len())
-            .into_par_iter()
-            .map(|v| if fixed[v] { DVec3::ZERO } else { -edges.gathered(&missing, v) })
-            .collect();
+        edges.update(&mesh, &geometry, &positions);
+        let right = edges.right_hand_side(input, &positions, [alpha, beta, lambda / beta], &fixed);
         matrix.assemble(&edges, alpha, beta);
-        let system =
-            |x: &[DVec3], out: &mut [DVec3]| by_rows(x, out, |v| if fixed[v] { x[v] } else { matrix.times(v, x) });
-        let limits = Solve { tolerance: 1e-4, steps: 1000 };
-        // What is missing for D = δ falls as 1 / β, so the next way goes on from the last two.
-        let ahead =
-            before.iter().zip(&way).map(|(before, way)| *way + (*way - *before) / settings.beta_growth).collect();
-        before = way;
-        way = solve(system, &matrix.diagonal(), &right, ahead, limits, progress)?;
-        positions.par_iter_mut().zip(input).zip(&way).for_each(|((x, p), way)| *x = *p + *way);
-        shapes.measure(&faces, &positions);
+        let operator =
+            |x: &[DVec3], out: &mut [DVec3]| multiply(x, out, |v| if fixed[v] { x[v] } else { matrix.times(v, x) });
+        // The residual of D = δ falls as 1/β, so the next solution is extrapolated from the last two.
+        let extrapolated = previous.iter().zip(&offsets).map(|(a, b)| *b + (*b - *a) / settings.beta_growth).collect();
+        previous = offsets;
+        offsets = solve(operator, &matrix.diagonal(), &right, extrapolated, INNER, progress)?;
+        positions.par_iter_mut().zip(input).zip(&offsets).for_each(|((x, p), offset)| *x = *p + *offset);
+        geometry.update(&mesh, &positions);
         beta *= settings.beta_growth;
         alpha *= settings.alpha_growth;
         progress.done(f64::from(done) / f64::from(rounds));
     }
-    Ok(way.into_iter().map(|way| -way).collect())
+    Ok(offsets.into_iter().map(|offset| -offset).collect())
 }
 
-/// Edges with two triangles, and the operators on their four vertices.
+/// Interior edges, and the operators R and D on their four vertices.
 struct Edges {
-    /// p₁ and p₃ are the ends, p₂ and p₄ opposite to them.
+    /// The four vertices of each edge: p₁ and p₃ are its ends, p₂ and p₄ are opposite to it. #E×4
     vertices: Vec<[Index; 4]>,
+    /// Coefficients of D. #E×4
     coefficients: Vec<[f64; 4]>,
-    /// Edges at each vertex, and which of the four it is.
+    /// Edges at each vertex, and which of their four vertices it is. #V lists
     at: Ragged<(Index, u8)>,
 }
 
-/// R as coefficients.
+/// Coefficients of R.
 const FOLD: [f64; 4] = [1.0, -1.0, 1.0, -1.0];
 
 impl Edges {
-    fn of(faces: &Faces, vertex_count: usize) -> Self {
+    fn of(mesh: &TriangleMesh, vertex_count: usize) -> Self {
         let third = |f: Index, a: Index, b: Index| {
-            let [i, j, k] = faces.triangles[f as usize];
+            let [i, j, k] = mesh.triangles[f as usize];
             if i != a && i != b {
                 i
             } else if j != a && j != b {
@@ -134,18 +125,18 @@ impl Edges {
             }
         };
         let four = |(&[f, g], &[a, b]): (&[Index; 2], &[Index; 2])| [a, third(g, a, b), b, third(f, a, b)];
-        let vertices: Vec<[Index; 4]> = faces.pairs.iter().zip(&faces.pair_edges).map(four).collect();
+        let vertices: Vec<[Index; 4]> = mesh.edge_faces.iter().zip(&mesh.edge_vertices).map(four).collect();
         let slots = (0..).zip(&vertices).flat_map(|(e, four)| (0..4u8).map(move |k| (four[usize::from(k)], (e, k))));
         let at = Ragged::group(vertex_count, slots);
         Self { coefficients: vec![[0.0; 4]; vertices.len()], vertices, at }
     }
 
-    /// D for these positions; zero where it does not exist.
-    fn measure(&mut self, faces: &Faces, shapes: &Shapes, positions: &[DVec3]) {
-        let slots = self.coefficients.par_iter_mut().zip(&self.vertices).zip(&faces.pairs).with_min_len(1024);
+    /// Computes the coefficients of D for these positions; they are zero where D does not exist.
+    fn update(&mut self, mesh: &TriangleMesh, geometry: &FaceGeometry, positions: &[DVec3]) {
+        let slots = self.coefficients.par_iter_mut().zip(&self.vertices).zip(&mesh.edge_faces).with_min_len(CHUNK);
         slots.for_each(|((out, vertices), &[f, g])| {
             let [p1, p2, p3, p4] = vertices.map(|v| positions[v as usize]);
-            let [area_134, area_123] = [f, g].map(|f| shapes.areas[f as usize]);
+            let [area_134, area_123] = [f, g].map(|f| geometry.areas[f as usize]);
             let total = area_123 + area_134;
             let scale = p1.distance_squared(p3) * total;
             *out = [
@@ -160,20 +151,40 @@ impl Edges {
         });
     }
 
-    /// D at an edge.
+    /// Value of D at an edge.
     fn difference(&self, points: &[DVec3], edge: usize) -> DVec3 {
         let [a, b, c, d] = self.vertices[edge].map(|v| points[v as usize]);
         let [w1, w2, w3, w4] = self.coefficients[edge];
         w1 * a + w2 * b + w3 * c + w4 * d
     }
 
-    /// R at an edge.
+    /// Value of R at an edge.
     fn fold(&self, points: &[DVec3], edge: usize) -> DVec3 {
         let [a, b, c, d] = self.vertices[edge].map(|v| points[v as usize]);
         a - b + c - d
     }
 
-    /// Adjoint of R and D together, at a vertex.
+    /// Right-hand side of the system for the offsets: minus the adjoints of α R(p⁰) and β (D(p⁰) − δ), where δ is D at
+    /// `positions` if |D|² reaches the threshold, else zero. #V×3
+    fn right_hand_side(
+        &self,
+        input: &[DVec3],
+        positions: &[DVec3],
+        [alpha, beta, threshold]: [f64; 3],
+        fixed: &[bool],
+    ) -> Vec<DVec3> {
+        let of_edge = |e: usize| {
+            let jump = self.difference(positions, e);
+            let kept = if jump.length_squared() >= threshold { jump } else { DVec3::ZERO };
+            [alpha * self.fold(input, e), beta * (self.difference(input, e) - kept)]
+        };
+        let edges = (0..self.coefficients.len()).into_par_iter().with_min_len(CHUNK);
+        let of_edges: Vec<_> = edges.map(of_edge).collect();
+        let of_vertex = |v: usize| if fixed[v] { DVec3::ZERO } else { -self.gathered(&of_edges, v) };
+        (0..input.len()).into_par_iter().map(of_vertex).collect()
+    }
+
+    /// Adjoints of R and D, added up at a vertex, for a vector of each at every edge.
     fn gathered(&self, of_edges: &[[DVec3; 2]], vertex: usize) -> DVec3 {
         self.at.get(vertex as Index).iter().fold(DVec3::ZERO, |sum, &(e, k)| {
             let (e, k) = (e as usize, usize::from(k));
@@ -182,64 +193,64 @@ impl Edges {
     }
 }
 
-/// 1 + α RᵀR + β DᵀD. Its rows are summed once in each round: conjugate gradients need many products, and R and D with their
-/// adjoints would take four times as long.
+/// Matrix 1 + α RᵀR + β DᵀD. It is assembled once in each round: conjugate gradients need many products, and applying R and D
+/// with their adjoints would take four times as long.
 struct Matrix {
-    /// Vertices that share an edge's four with each, the vertex itself first.
+    /// Columns of each row: the vertex itself, then all that share four vertices of an edge with it, ascending. #V lists
     columns: Ragged<Index>,
-    /// In the order of `columns`.
+    /// Entries, in the order of `columns`.
     values: Vec<f64>,
-    /// For each slot of [`Edges::at`], where in the row the edge's four vertices are.
-    places: Vec<[Index; 4]>,
+    /// For each item of [`Edges::at`], where in the row the edge's four vertices are.
+    slots: Vec<[Index; 4]>,
 }
 
-/// Rows that are summed at a time.
-const RUN: usize = 1024;
+/// Number of rows or edges that a thread treats at a time.
+const CHUNK: usize = 1024;
 
 impl Matrix {
     fn of(edges: &Edges) -> Self {
         let mut columns = Ragged::default();
-        let mut places = Vec::with_capacity(edges.at.items().len());
+        let mut slots = Vec::with_capacity(edges.at.items().len());
         let mut row = Vec::new();
-        for (v, slots) in (0..).zip(edges.at.iter()) {
+        for (v, at) in (0..).zip(edges.at.iter()) {
             row.clear();
             row.push(v);
-            let others = slots.iter().flat_map(|&(e, _)| edges.vertices[e as usize]);
+            let others = at.iter().flat_map(|&(e, _)| edges.vertices[e as usize]);
             row.extend(others.filter(|w| *w != v));
             row[1..].sort_unstable();
             row.dedup();
-            let place = |w: Index| if w == v { 0 } else { 1 + row[1..].partition_point(|x| *x < w) as Index };
-            places.extend(slots.iter().map(|&(e, _)| edges.vertices[e as usize].map(place)));
+            let slot = |w: Index| if w == v { 0 } else { 1 + row[1..].partition_point(|x| *x < w) as Index };
+            slots.extend(at.iter().map(|&(e, _)| edges.vertices[e as usize].map(slot)));
             columns.push(row.iter().copied());
         }
-        Self { values: vec![0.0; columns.items().len()], columns, places }
+        Self { values: vec![0.0; columns.items().len()], columns, slots }
     }
 
-    /// Sums the rows for these weights and the D of `edges`.
+    /// Assembles the matrix for these weights and the coefficients of `edges`.
     fn assemble(&mut self, edges: &Edges, alpha: f64, beta: f64) {
-        let Self { columns, values, places } = self;
+        let Self { columns, values, slots } = self;
         let count = columns.len();
         let mut rest = &mut values[..];
-        let mut runs = Vec::with_capacity(count.div_ceil(RUN));
-        for start in (0..count).step_by(RUN) {
-            let end = (start + RUN).min(count);
+        let mut chunks = Vec::with_capacity(count.div_ceil(CHUNK));
+        for start in (0..count).step_by(CHUNK) {
+            let end = (start + CHUNK).min(count);
             let length = (start..end).map(|v| columns.get(v as Index).len()).sum();
-            let (run, after) = rest.split_at_mut(length);
-            runs.push((start..end, run));
+            let (chunk, after) = rest.split_at_mut(length);
+            chunks.push((start..end, chunk));
             rest = after;
         }
-        runs.into_par_iter().for_each(|(vertices, mut values)| {
+        chunks.into_par_iter().for_each(|(vertices, mut values)| {
             for v in vertices {
                 let (row, after) = values.split_at_mut(columns.get(v as Index).len());
                 values = after;
                 row.fill(0.0);
                 row[0] = 1.0;
-                let slots = edges.at.range(v as Index);
-                for (&(e, k), places) in edges.at.items()[slots.clone()].iter().zip(&places[slots]) {
+                let at = edges.at.range(v as Index);
+                for (&(e, k), slots) in edges.at.items()[at.clone()].iter().zip(&slots[at]) {
                     let (d, k) = (&edges.coefficients[e as usize], usize::from(k));
                     let (fold, difference) = (alpha * FOLD[k], beta * d[k]);
                     for j in 0..4 {
-                        row[places[j] as usize] += fold * FOLD[j] + difference * d[j];
+                        row[slots[j] as usize] += fold * FOLD[j] + difference * d[j];
                     }
                 }
             }
@@ -250,7 +261,7 @@ impl Matrix {
         (0..self.columns.len()).map(|v| self.values[self.columns.range(v as Index).start]).collect()
     }
 
-    /// Row `v` times `x`.
+    /// Product of row `v` and `x`.
     #[inline]
     fn times(&self, v: usize, x: &[DVec3]) -> DVec3 {
         let row = self.columns.range(v as Index);
@@ -270,9 +281,9 @@ mod tests {
             let grid = shapes::grid(4);
             let bent = grid.positions().iter().map(|p| *p + DVec3::Z * lift * (p.x - 0.5).abs());
             let surface = grid.at(bent.collect());
-            let faces = Faces::of(&surface);
-            let mut edges = Edges::of(&faces, surface.positions().len());
-            edges.measure(&faces, &Shapes::of(&faces, surface.positions()), surface.positions());
+            let mesh = TriangleMesh::of(&surface);
+            let mut edges = Edges::of(&mesh, surface.positions().len());
+            edges.update(&mesh, &FaceGeometry::of(&mesh, surface.positions()), surface.positions());
             let count = edges.vertices.len();
             let jumps = (0..count).map(|e| edges.difference(surface.positions(), e).length());
             (jumps.filter(|jump| *jump > 1e-12).count(), count)
@@ -285,10 +296,10 @@ mod tests {
     #[test]
     fn the_matrix_is_that_of_the_operators() {
         let sphere = shapes::dented_sphere(2);
-        let faces = Faces::of(&sphere);
+        let mesh = TriangleMesh::of(&sphere);
         let points = sphere.positions();
-        let mut edges = Edges::of(&faces, points.len());
-        edges.measure(&faces, &Shapes::of(&faces, points), points);
+        let mut edges = Edges::of(&mesh, points.len());
+        edges.update(&mesh, &FaceGeometry::of(&mesh, points), points);
         let (alpha, beta) = (0.3, 7.0);
         let mut matrix = Matrix::of(&edges);
         // Twice: what was there before must be gone.

@@ -1,4 +1,4 @@
-//! Steps towards the mean of the neighbours.
+//! Laplacian smoothing: steps towards the mean of the neighbours.
 //!
 //! David A. Field. Laplacian smoothing and Delaunay triangulations. 1988; with cotangent weights Desbrun, Meyer,
 //! Schröder, Barr. Implicit fairing of irregular meshes using diffusion and curvature flow. SIGGRAPH 1999.
@@ -58,7 +58,7 @@ pub enum Boundary {
     Free,
 }
 
-/// δ of the smoothed surface. #V×3, model units.
+/// Smooths and returns δ = p − p*. #V×3, model units
 pub(super) fn deltas(
     surface: &Surface,
     settings: &Laplacian,
@@ -68,9 +68,10 @@ pub(super) fn deltas(
     Smoother::new(surface, settings.weights, settings.boundary).deltas(steps, settings.iterations as usize, progress)
 }
 
-/// Takes steps towards the means of the neighbours, or away from them.
+/// Explicit Laplacian steps on one surface: towards the means of the neighbours, or away from them.
 pub(super) struct Smoother<'a> {
     surface: &'a Surface,
+    /// Cotangent weights; `None` for uniform weights.
     cotangents: Option<Csr>,
     boundary: Boundary,
 }
@@ -84,7 +85,7 @@ impl<'a> Smoother<'a> {
         Self { surface, cotangents, boundary }
     }
 
-    /// δ after `count` steps. #V×3, model units; zero where a vertex stays.
+    /// Takes `count` steps of the given sizes and returns δ = p − p*, zero where a vertex stays. #V×3, model units
     pub(super) fn deltas(
         &self,
         steps: impl Iterator<Item = f64>,
@@ -97,9 +98,9 @@ impl<'a> Smoother<'a> {
         for (done, step) in (1..).zip(steps) {
             progress.check()?;
             let towards_mean = self.towards_mean(&positions);
-            positions.par_iter_mut().zip(towards_mean).enumerate().for_each(|(v, (x, way))| {
+            positions.par_iter_mut().zip(towards_mean).enumerate().for_each(|(v, (x, offset))| {
                 if !fixed(v) {
-                    *x += step * way;
+                    *x += step * offset;
                 }
             });
             progress.done(f64::from(done) / count as f64);
@@ -107,7 +108,7 @@ impl<'a> Smoother<'a> {
         Ok(self.surface.positions().iter().zip(positions).map(|(p, x)| *p - x).collect())
     }
 
-    /// From each vertex to the mean of its neighbours. #V×3, model units.
+    /// Offset of each vertex to the weighted mean of its neighbours. #V×3, model units
     fn towards_mean(&self, positions: &[DVec3]) -> Vec<DVec3> {
         let Some(matrix) = &self.cotangents else {
             return laplacian::uniform(self.surface.topology(), positions);

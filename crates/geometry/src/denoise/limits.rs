@@ -1,7 +1,7 @@
-//! What denoising may not do, whatever the method: move some vertices, move any too far, take volume.
+//! Constraints on the result of denoising, whatever the method: fixed vertices, a largest displacement, the volume.
 //!
-//! Where limits get in each other's way, vertices that are fixed come before the largest displacement, and that comes
-//! before the volume. As the input itself keeps within all of them, the volume is restored by vertices that have room.
+//! If limits conflict, fixed vertices come first, then the largest displacement, then the volume. The input satisfies every
+//! limit, so the volume can be restored by the vertices that have not reached theirs.
 
 mod mask;
 mod volume;
@@ -16,63 +16,63 @@ use crate::weld::Weld;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-/// Limits of any method; the default has none.
+/// Limits for any method; the default has none.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
-    /// These stay where they are, bit for bit.
+    /// Vertices that stay where they are, bit for bit.
     pub fixed: Mask,
-    /// No vertex goes farther from its place in the input, mean edge lengths of the input.
+    /// Largest distance of a vertex from its position in the input, mean edge lengths of the input.
     pub max_displacement: Option<f64>,
-    /// What happens to the enclosed volume.
+    /// Treatment of the enclosed volume.
     pub volume: Volume,
 }
 
-/// What happens to the enclosed volume.
+/// Treatment of the enclosed volume.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Volume {
-    /// It becomes what the method makes of it.
+    /// The volume is what the method makes of it.
     #[default]
     Free,
-    /// That of the input is restored.
+    /// The volume of the input is restored.
     Preserve,
 }
 
-/// Why limits do not fit a surface.
+/// Reasons why limits do not fit a surface.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LimitsError {
-    /// A mask of another file.
+    /// The mask names a source vertex that the mesh does not have.
     #[error("`v` line {line} shall stay, but there are {v_lines}")]
     NoSuchLine {
-        /// Counted from 1.
+        /// Number of the source vertex, counted from 1.
         line: Index,
-        /// Of the file.
+        /// Number of source vertices.
         v_lines: usize,
     },
-    /// A largest displacement that is no length.
+    /// The largest displacement is negative or not a number.
     #[error("{0} is no largest displacement")]
     NotALength(f64),
-    /// A volume that is not defined: the sum of tetrahedra over the faces depends on where their tip is, or would
-    /// after a motion of these edges.
+    /// The volume is not defined: the sum of tetrahedra over the faces depends on where their apex is, or would after a
+    /// motion of these edges.
     #[error(
         "encloses no volume: {edges} edges that may move are open, or their faces disagree about what is outside \
          (the first is between the `v` lines {} and {})", .first[0], .first[1]
     )]
     Open {
-        /// How many.
+        /// Number of such edges.
         edges: usize,
-        /// Ends of the first, `v` lines counted from 1.
+        /// Source vertices at the ends of the first one, counted from 1.
         first: [Index; 2],
     },
 }
 
 impl Limits {
-    /// Whether everything is allowed.
+    /// Returns true if there are no limits.
     pub fn is_none(&self) -> bool {
         *self == Self::default()
     }
-    /// The limits of the vertices of a surface whose `v` lines were welded like this.
+    /// Limits for the vertices of a surface, whose source vertices were welded like this.
     pub fn on(&self, surface: &Surface, weld: &Weld) -> Result<Bounds, LimitsError> {
         let v_lines = weld.vertex_of().len();
         if self.fixed.highest() as usize > v_lines {
@@ -95,7 +95,8 @@ impl Limits {
     }
 }
 
-/// Edges that faces do not walk along as often one way as the other; a surface without any encloses a volume.
+/// Edges whose faces do not run along them equally often in both directions. A surface without such edges encloses a
+/// volume.
 fn unbalanced_edges(topology: &Topology) -> impl Iterator<Item = [Index; 2]> {
     let edges = topology.edges().iter().zip(topology.edge_corners().iter());
     let unbalanced = edges.filter(|(edge, corners)| {
@@ -105,24 +106,24 @@ fn unbalanced_edges(topology: &Topology) -> impl Iterator<Item = [Index; 2]> {
     unbalanced.map(|(edge, _)| *edge)
 }
 
-/// Limits of the vertices of one surface.
+/// Limits for the vertices of one surface.
 #[derive(Clone, Debug)]
 pub struct Bounds {
-    /// #V
+    /// True for vertices that stay. #V
     fixed: Vec<bool>,
-    /// Model units.
+    /// Largest displacement, model units; infinite without a limit.
     reach: f64,
     volume: Volume,
 }
 
-/// What limits did.
+/// Effect of the limits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
-    /// Vertices that were fixed.
+    /// Number of fixed vertices.
     pub fixed_vertices: usize,
-    /// Vertices that went as far as they may.
+    /// Number of vertices with the largest displacement that is allowed.
     pub stopped_vertices: usize,
-    /// With [`Volume::Preserve`] only.
+    /// Change of the volume, with [`Volume::Preserve`] only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub volume: Option<VolumeChange>,
 }
@@ -130,33 +131,32 @@ pub struct Outcome {
 /// Change of the enclosed volume, cubic model units.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VolumeChange {
-    /// By the method within the other limits.
+    /// Change by the method within the other limits.
     pub by_method: f64,
-    /// After the volume was restored.
+    /// Change that remains after the volume was restored.
     pub left: f64,
-    /// Whether what is left is rounding. If not, no vertex was free to give back the rest.
+    /// True if the remaining change is rounding. If not, no vertex could move any farther to restore the rest.
     pub restored: bool,
 }
 
 impl Bounds {
-    /// Whether everything is allowed.
     fn are_none(&self) -> bool {
         self.volume == Volume::Free && self.reach == f64::INFINITY && !self.fixed.contains(&true)
     }
 
-    /// Keeps δ (#V×3, model units) within all limits but that of the volume. None of them turns.
+    /// Shortens δ (#V×3, model units) to satisfy all limits but that of the volume; directions stay.
     pub fn clamp(&self, deltas: &mut [DVec3]) {
         for (v, delta) in deltas.iter_mut().enumerate() {
             *delta = self.allowed(v, *delta);
         }
     }
 
-    /// Keeps δ (#V×3, model units) within all limits. The volume is restored along `along`, the normals (#V×3, unit or
-    /// zero) of the input, so a δ along its normal stays there.
+    /// Changes δ (#V×3, model units) to satisfy all limits. The volume is restored by motion along `directions`, the normals
+    /// of the input (#V×3, unit or zero), so that a δ along its normal stays there.
     pub fn apply(
         &self,
         surface: &Surface,
-        along: &[DVec3],
+        directions: &[DVec3],
         deltas: &mut Vec<DVec3>,
         progress: &dyn Progress,
     ) -> Result<Option<Outcome>, Cancelled> {
@@ -167,9 +167,9 @@ impl Bounds {
         let mut volume = None;
         if self.volume == Volume::Preserve {
             progress.stage("restoring the volume");
-            volume = Some(volume::restore(self, surface, along, deltas, progress)?);
+            volume = Some(volume::restore(self, surface, directions, deltas, progress)?);
         }
-        // What was shortened may have lost a few bits.
+        // Shortening may have cost a few bits.
         let stopped = |(delta, fixed): &(&DVec3, &bool)| !**fixed && delta.length() >= self.reach * (1.0 - 1e-12);
         Ok(Some(Outcome {
             fixed_vertices: self.fixed.iter().filter(|fixed| **fixed).count(),
@@ -178,7 +178,7 @@ impl Bounds {
         }))
     }
 
-    /// The nearest δ that a vertex may have.
+    /// The δ that a vertex may have nearest to the given one.
     fn allowed(&self, v: usize, delta: DVec3) -> DVec3 {
         if self.fixed[v] {
             return DVec3::ZERO;
@@ -220,12 +220,12 @@ mod tests {
     }
 
     #[test]
-    fn an_open_surface_has_a_volume_as_long_as_its_rim_stays() {
+    fn an_open_surface_has_a_volume_as_long_as_its_boundary_stays() {
         let grid = shapes::grid(2);
         let keep =
             |fixed: &str| Limits { fixed: fixed.parse().unwrap(), volume: Volume::Preserve, ..Limits::default() };
         assert!(on(&keep("boundary"), &grid).is_ok());
-        // All around, but for the third vertex of the lower row, which has two edges of the rim.
+        // All around, but for the third vertex of the lower row, which has two boundary edges.
         let error = on(&keep("1-2 4 6-9"), &grid).unwrap_err();
         assert_eq!(error, LimitsError::Open { edges: 2, first: [2, 3] });
         // A face that is turned over makes a wall of its edges.
@@ -245,7 +245,7 @@ mod tests {
         let after = |volume| {
             let denoising = Denoising { denoiser: denoiser.clone(), limits: Limits { volume, ..Limits::default() } };
             let Moved { deltas, limits: outcome, .. } = denoising.run(&sphere, &weld, &Silent).unwrap();
-            (sphere.at(sphere.positions().iter().zip(deltas).map(|(p, d)| *p - d).collect()), outcome)
+            (sphere.at(sphere.moved_by(&deltas)), outcome)
         };
         let [(shrunk, _), (restored, outcome)] = [Volume::Free, Volume::Preserve].map(after);
         let change = outcome.unwrap().volume.unwrap();

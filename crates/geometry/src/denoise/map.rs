@@ -1,30 +1,41 @@
-//! The most probable surface, given noisy vertices and a prior that likes normals to turn evenly.
+//! The most probable surface (maximum a posteriori, MAP), given noisy vertices and a prior on how normals turn.
 //!
-//! In mean edge lengths, with one shape operator S_f (symmetric, 3×3) for each face as a further unknown:
+//! The prior says that the surface is curved evenly: the normal changes from face to face as a shape operator says, and the
+//! shape operator itself changes little. Both terms are robust, so that a crease costs no more than it must. This is a
+//! second-order total variation of the normals (compare Liu et al., Mesh total generalized variation for denoising, 2021),
+//! but it is estimated in the positions themselves: there is no second stage in which vertices follow normals, and the data
+//! term acts on positions.
 //!
-//! E(x, S) = Σᵥ (|xᵥ − pᵥ|² + k |(1 − N Nᵀ)(xᵥ − pᵥ)|²) / σ² + Σₑ wₑ |nᵢ − nⱼ − ½ (Sᵢ + Sⱼ) (cᵢ − cⱼ)|² + Σₑ vₑ |Sᵢ − Sⱼ|² + 10⁻³ λ Σ_f |S_f|²
+//! In mean edge lengths, with a symmetric 3×3 shape operator S_f for each face as a further unknown, the estimate minimises
+//!
+//! E(x, S) = Σᵥ (|xᵥ − pᵥ|² + k |(1 − N Nᵀ)(xᵥ − pᵥ)|²) / σ²\
+//!   \+ Σₑ wₑ |nᵢ − nⱼ − ½ (Sᵢ + Sⱼ) (cᵢ − cⱼ)|² + Σₑ vₑ |Sᵢ − Sⱼ|² + 10⁻³ λ Σ_f |S_f|²\
 //!   \+ τ min(1/σ², 5²) Σᵥ |(1 − N Nᵀ) (U x)ᵥ|²
 //!
-//! over vertices v, edges e between faces i and j, centroids c and the umbrella U. The second term says that normals turn
-//! as the shape operator has it, the third that it does not jump; both are robust, so that a crease costs no more than it
-//! must. Noise that goes along the normals N, as that of scanners and of the literature does, leaves vertices where they are
-//! across them: there they are held k times more, by as much as the mesh shows that they may be. It is a second-order total variation of the normals (compare Liu et al., TGV normal filtering, 2021) that is
-//! estimated in the positions themselves: no vertices have to follow normals afterwards, and the data hold them. The last
-//! term spreads the vertices tangentially.
+//! over vertices v with normals N, edges e between faces i and j with normals n and centroids c, faces f, and the umbrella
+//! operator U.
 //!
-//! Each round takes the normals as linear in the positions (Gauss–Newton), the weights from the last residuals r (iterated
-//! reweighting: φ = (1 + |r|²/κ²)^−p), and solves for positions and shape operators together. κ falls from 0.4 to the
-//! threshold of the settings, so that strong creases form first (graduated non-convexity).
+//! - The first line is the data term. Scanner noise, and the noise of the literature, acts along the normal. The tangential
+//!   part of the data term is therefore weighted 1 + k times; k is estimated from the mesh.
+//! - The second line is the prior, with a small weight on the shape operators that makes the system definite.
+//! - The third line spreads the vertices evenly in the tangent plane.
+//!
+//! Each round takes the normals as linear in the positions (Gauss–Newton), computes the weights w and v from the last residuals
+//! r (iteratively reweighted least squares: φ = (1 + |r|²/κ²)^−p), and solves for positions and shape operators together. κ
+//! falls from 0.4 to the threshold of the settings, so that strong creases form first (graduated non-convexity).
 
-mod estimate;
-mod prior;
-mod system;
+mod edge_weights;
+mod iterations;
+mod linearised_normals;
+mod normal_equations;
+mod symmetric;
 
-pub(super) use estimate::{Net, Run};
-pub(super) use prior::Linear;
+pub(super) use iterations::Problem;
+pub(super) use linearised_normals::LinearisedNormals;
 
-use super::noise_level::{self, Look};
-use super::umbrella::Freedom;
+use super::bilaplacian::BoundaryConstraint;
+use super::connectivity::Connectivity;
+use super::noise_level::{self, NoiseEstimate};
 use super::{Boundary, Motion};
 use crate::progress::{Cancelled, Progress};
 use crate::surface::Surface;
@@ -99,21 +110,28 @@ impl Default for Map {
     }
 }
 
-/// δ of the estimate. #V×3, model units.
+/// Estimates the surface and returns δ = p − p*. #V×3, model units
 pub(super) fn deltas(surface: &Surface, settings: &Map, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
     progress.check()?;
-    let net = Net::of(surface);
-    let look = Look::at(surface, &net, progress)?;
-    let kind = look.level.kind();
-    let sigma = settings.noise.unwrap_or_else(|| look.level.sigma_as(kind));
-    let held = settings.noise_across.map_or(look.level.held(kind), |across| noise_level::held(sigma, across));
+    let connectivity = Connectivity::of(surface);
+    let noise = NoiseEstimate::of(surface, &connectivity, progress)?;
+    let kind = noise.level.kind();
+    let sigma = settings.noise.unwrap_or_else(|| noise.level.sigma_as(kind));
+    let tangential_stiffness = match settings.noise_across {
+        Some(tangential) => noise_level::tangential_stiffness(sigma, tangential),
+        None => noise.level.tangential_stiffness(kind),
+    };
     let input = surface.positions();
-    // Below that, rounding of a file's numbers is all there is.
-    if !(sigma > noise_level::NOTHING && look.mean_edge > 0.0) {
+    if !(sigma > noise_level::ROUNDING_NOISE && noise.mean_edge > 0.0) {
         return Ok(vec![DVec3::ZERO; input.len()]);
     }
-    let freedom = Freedom::of(surface, settings.boundary);
-    let start = net.umbrella.smoothed(input, look.smoothing, &freedom, progress)?;
-    let run = Run { steps: settings.steps, held, ..Run::of(&net, &freedom, sigma, look.mean_edge) };
-    Ok(net.without_folds(input, run.ways(input, &start, &settings.prior, progress)?, sigma))
+    let constraint = BoundaryConstraint::of(surface, settings.boundary);
+    let guess = connectivity.umbrella.smoothed(input, noise.smoothing, &constraint, progress)?;
+    let problem = Problem {
+        max_steps: settings.steps,
+        tangential_stiffness,
+        ..Problem::new(&connectivity, &constraint, sigma, noise.mean_edge)
+    };
+    let offsets = problem.estimate(input, &guess, &settings.prior, progress)?;
+    Ok(connectivity.undo_flips(input, offsets, sigma))
 }

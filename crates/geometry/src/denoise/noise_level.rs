@@ -1,12 +1,12 @@
-//! How noisy a mesh is, from the mesh alone.
+//! Estimation of the noise of a mesh, from the mesh alone.
 //!
-//! The finest detail that a mesh can hold, (U U x)ᵢ along the normal, is nearly all noise: with white noise of deviation σ
-//! it is Gaussian with deviation σ |row i of U U|, and the median of its absolute values tells σ even where a part of the
-//! surface has creases. Coarser bands, between two smoothings of different strength, say more than that only where the
-//! noise of neighbours is alike or where the surface itself has detail.
+//! The finest band of a mesh, (U U x)ᵢ with the umbrella operator U, is nearly all noise. Its part along the normal is
+//! Gaussian with deviation σ |row i of U U| where the noise is white with deviation σ, and the median of its absolute
+//! values gives σ even where a part of the surface has creases. Coarser bands, between two smoothings of different strength,
+//! hold more than the finest one tells only where the noise of neighbours is correlated or where the surface has detail.
 
-use super::map::Net;
-use super::umbrella::Freedom;
+use super::bilaplacian::BoundaryConstraint;
+use super::connectivity::Connectivity;
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
 use crate::surface::Surface;
@@ -17,107 +17,118 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Below this many mean edges there is no noise but the rounding of numbers.
-pub(super) const NOTHING: f64 = 1e-6;
+/// Deviation, mean edges, below which noise is the rounding of the numbers in a file.
+pub(super) const ROUNDING_NOISE: f64 = 1e-6;
 
-/// Deviation of the noise along the normal as bands of the mesh show it, in mean edge lengths of the smoothed mesh.
+/// Statistics of the noise of a mesh. Deviations are those of the part along the normal, in mean edge lengths of the
+/// smoothed mesh, unless they say otherwise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct NoiseLevel {
-    /// From the median of the finest band.
+    /// Deviation from the median of the finest band.
     pub fine: f64,
-    /// From the ninth decile of the finest band: more than `fine` where few vertices are hit, or at creases.
+    /// Deviation from the ninth decile of the finest band: more than `fine` where few vertices are hit, or at creases.
     pub tail: f64,
-    /// From a band of about two edges.
+    /// Deviation from a band of about two edges.
     pub coarse: f64,
-    /// By how much more often than in white noise neighbours are off to the same side in the finest band: the share of the
-    /// edges with equal signs minus that in noise. Detail of the surface makes it large.
-    pub agreement: f64,
-    /// Deviation across the normal in each of two directions, from the median of the finest band: vertices lie unevenly, and
-    /// noise may push them sideways, by no more than that.
-    #[serde(default)]
-    pub across: f64,
-    /// How lopsided the finest band is: (q₈₀ + q₂₀ − 2 q₅₀) / (q₈₀ − q₂₀) of its quantiles, −1..=1 and 0 for noise.
-    pub skew: f64,
+    /// Excess sign agreement of the finest band: the fraction of edges whose two ends deviate to the same side, minus the
+    /// fraction expected for white noise. Detail of the surface makes it large.
+    #[serde(rename = "agreement")]
+    pub sign_agreement: f64,
+    /// Deviation in each of the two tangential directions, from the median of the finest band: an upper bound of the noise,
+    /// since vertices are unevenly spaced without any.
+    #[serde(default, rename = "across")]
+    pub tangential: f64,
+    /// Quantile skewness of the finest band, (q₈₀ + q₂₀ − 2 q₅₀) / (q₈₀ − q₂₀): −1..=1, and 0 for symmetric noise.
+    #[serde(rename = "skew")]
+    pub skewness: f64,
 }
 
-/// A first look at a mesh.
-pub(super) struct Look {
+/// The noise of a mesh, and the smoothing that suits it.
+pub(super) struct NoiseEstimate {
     pub(super) level: NoiseLevel,
-    /// Of the smoothed mesh, model units.
+    /// Mean edge length of the smoothed mesh, model units.
     pub(super) mean_edge: f64,
-    /// μ of the smoothing.
+    /// Strength μ of the bi-Laplacian smoothing that suits the noise.
     pub(super) smoothing: f64,
 }
 
-impl Look {
-    pub(super) fn at(surface: &Surface, net: &Net, progress: &dyn Progress) -> Result<Self, Cancelled> {
-        let free = Freedom::default();
+impl NoiseEstimate {
+    /// Estimates the noise in two passes: the first smooths by a fixed amount, the second by as much as the noise of the
+    /// first one calls for.
+    pub(super) fn of(
+        surface: &Surface,
+        connectivity: &Connectivity,
+        progress: &dyn Progress,
+    ) -> Result<Self, Cancelled> {
         let input = surface.positions();
         let smooth = |mu: f64| -> Result<(f64, Vec<DVec3>), Cancelled> {
-            let smoothed = net.umbrella.smoothed(input, mu, &free, progress)?;
-            let normals = net.vertex_normals(&smoothed);
+            let smoothed = connectivity.umbrella.smoothed(input, mu, &BoundaryConstraint::default(), progress)?;
+            let normals = connectivity.vertex_normals(&smoothed);
             Ok((surface.at(smoothed).mean_edge(), normals))
         };
-        let finest = Finest::of(net);
+        let finest = FinestBand::of(connectivity);
         let (edge, normals) = smooth(8.0)?;
-        let first = deviations(&magnitudes(&finest.along(net, input, &normals))).0 / edge;
+        let first = deviations(&magnitudes(&finest.normal_parts(connectivity, input, &normals))).0 / edge;
         // Noise of a tenth of an edge goes with μ = 1, and as σ² beyond.
         let smoothing = if first.is_finite() { (100.0 * first * first).max(0.5) } else { 0.5 };
         let (mean_edge, normals) = smooth(smoothing)?;
-        let heights = finest.along(net, input, &normals);
+        let heights = finest.normal_parts(connectivity, input, &normals);
         let (fine, tail) = deviations(&magnitudes(&heights));
-        let agreement = finest.agreement(surface, &heights) - finest.agreement_of_noise(surface, net);
-        let coarse = coarse(net, input, &normals, progress)?;
-        let across = median(finest.across(net, input, &normals)) / MEDIAN_OF_TWO;
-        let [fine, tail, coarse, across] =
-            [fine, tail, coarse, across].map(|x| if mean_edge > 0.0 && x.is_finite() { x / mean_edge } else { 0.0 });
-        let skew = lopsided(heights);
-        Ok(Self { level: NoiseLevel { fine, tail, coarse, agreement, across, skew }, mean_edge, smoothing })
+        let sign_agreement =
+            finest.sign_agreement(surface, &heights) - finest.sign_agreement_of_white_noise(surface, connectivity);
+        let coarse = coarse_deviation(connectivity, input, &normals, progress)?;
+        let tangential = median(finest.tangential_lengths(connectivity, input, &normals)) / RAYLEIGH_MEDIAN;
+        let [fine, tail, coarse, tangential] = [fine, tail, coarse, tangential]
+            .map(|x| if mean_edge > 0.0 && x.is_finite() { x / mean_edge } else { 0.0 });
+        let skewness = quantile_skewness(heights);
+        let level = NoiseLevel { fine, tail, coarse, sign_agreement, tangential, skewness };
+        Ok(Self { level, mean_edge, smoothing })
     }
 }
 
 impl NoiseLevel {
-    /// Share of the finest band that is detail of the surface, in the square, where chance alone makes `chance` of the
-    /// agreement.
-    fn detail(&self, chance: f64) -> f64 {
-        // In clean meshes with detail it is 0.03 to 0.17, and less where detail is finer.
-        const OF_DETAIL: f64 = 0.045;
-        ((self.agreement - chance) / OF_DETAIL).clamp(0.0, 1.0)
+    /// Fraction of the variance of the finest band that is detail of the surface. `chance` is the sign agreement that white
+    /// noise reaches by chance.
+    fn detail_fraction(&self, chance: f64) -> f64 {
+        // In clean meshes with detail the agreement is 0.03 to 0.17, and less where detail is finer.
+        const AGREEMENT_OF_DETAIL: f64 = 0.045;
+        ((self.sign_agreement - chance) / AGREEMENT_OF_DETAIL).clamp(0.0, 1.0)
     }
 
-    /// σ for a data term where the noise is of this kind, mean edges.
+    /// Deviation σ for a data term if the noise is of this kind, mean edges.
     pub(super) fn sigma_as(&self, kind: Kind) -> f64 {
         // Creases fill the tail even without noise.
         let white = self.fine.max(self.tail).min(1.6 * self.fine);
         match kind {
-            Kind::Correlated if self.is_rough() => 7.5 * self.excess(),
+            Kind::Correlated if self.is_rough_at_all_scales() => 7.5 * self.coarse_excess(),
             Kind::Correlated => 1.5 * self.inflation() * white,
-            Kind::None => white * (1.0 - self.detail(0.01)).sqrt(),
+            Kind::None => white * (1.0 - self.detail_fraction(0.01)).sqrt(),
             Kind::Independent | Kind::Uneven => white,
         }
     }
 
-    /// How many times more the data hold vertices across the normals than along them, minus one. What the bands say of noise
-    /// that is not white is too uncertain for that.
-    pub(super) fn held(&self, kind: Kind) -> f64 {
+    /// Weight of the data term's tangential part, on top of the weight 1 of all directions. For noise that is not white it is
+    /// zero: the bands say too little of its tangential part.
+    pub(super) fn tangential_stiffness(&self, kind: Kind) -> f64 {
         match kind {
             Kind::None | Kind::Correlated => 0.0,
-            Kind::Independent | Kind::Uneven => held(self.fine, self.across),
+            Kind::Independent | Kind::Uneven => tangential_stiffness(self.fine, self.tangential),
         }
     }
 
-    /// What these figures say.
+    /// Classifies the noise by these figures.
     pub fn kind(&self) -> Kind {
-        // Noise turns faces by about as many degrees as it has hundredths of an edge. What is less is hardly seen and
-        // cannot be told from detail, and a barely noisy mesh stays as it is.
+        // Noise turns faces by about as many degrees as it has hundredths of an edge. Less is hardly seen and cannot be told
+        // from detail, and a barely noisy mesh stays as it is.
         const LEAST: f64 = 0.035;
         const LEAST_ROUGH: f64 = 0.02;
-        // Sensors err to both sides alike. Roughness has pits or bumps: where noise lifts only, it is 0.15.
-        const LOPSIDED: f64 = 0.125;
-        let white = self.fine * (1.0 - self.detail(0.005)).sqrt();
-        if white < if self.is_rough() { LEAST_ROUGH } else { LEAST } || self.skew.abs() > LOPSIDED {
+        // Sensors err to both sides alike. Roughness has pits or bumps: where noise lifts only, the skewness is 0.15.
+        const LARGEST_SKEWNESS: f64 = 0.125;
+        let is_rough = self.is_rough_at_all_scales();
+        let white = self.fine * (1.0 - self.detail_fraction(0.005)).sqrt();
+        if white < if is_rough { LEAST_ROUGH } else { LEAST } || self.skewness.abs() > LARGEST_SKEWNESS {
             Kind::None
-        } else if self.is_rough() || self.inflation() > 2.5 {
+        } else if is_rough || self.inflation() > 2.5 {
             Kind::Correlated
         } else if self.tail > 1.3 * self.fine {
             Kind::Uneven
@@ -126,33 +137,34 @@ impl NoiseLevel {
         }
     }
 
-    /// What the coarse band holds beyond white noise, mean edges.
-    fn excess(&self) -> f64 {
+    /// Deviation of the coarse band beyond that of white noise, mean edges.
+    fn coarse_excess(&self) -> f64 {
         (self.coarse * self.coarse - 1.21 * self.fine * self.fine).max(0.0).sqrt()
     }
 
-    /// The same beyond the detail of common surfaces too, as a factor for σ.
+    /// Factor for σ by what the coarse band holds beyond white noise and the detail of common surfaces.
     fn inflation(&self) -> f64 {
         const DETAIL: f64 = 0.07;
-        (self.excess() / DETAIL).powi(2).clamp(1.0, 5.0)
+        (self.coarse_excess() / DETAIL).powi(2).clamp(1.0, 5.0)
     }
 
-    /// Whether the coarse band has more than the surface explains. Detail that is seen there is seen in the finest band as
-    /// well, where it makes neighbours agree: in clean meshes the agreement is 0.007 to 0.017 of (coarse / fine)², with
-    /// noise added no less. Photogrammetry is as rough over many edges as over one, without any agreement.
-    fn is_rough(&self) -> bool {
+    /// True for noise that is correlated over many edges, as that of photogrammetry. Surface detail raises both the coarse
+    /// band and the sign agreement of the fine band; correlated noise raises the coarse band alone.
+    fn is_rough_at_all_scales(&self) -> bool {
+        // In clean meshes the agreement is 0.007 to 0.017 of (coarse / fine)², and no less with noise added.
         const EXPLAINED: f64 = 0.008;
         const MARGIN: f64 = 0.015;
-        let explained = EXPLAINED * (self.excess() / self.fine).powi(2);
-        self.fine > 0.0 && self.agreement < MARGIN && explained > self.agreement.max(0.0) + MARGIN
+        let explained = EXPLAINED * (self.coarse_excess() / self.fine).powi(2);
+        self.fine > 0.0 && self.sign_agreement < MARGIN && explained > self.sign_agreement.max(0.0) + MARGIN
     }
 }
 
-/// The same for noise of these deviations along the normals and across them.
-pub(super) fn held(along: f64, across: f64) -> f64 {
-    // Normals are estimates: what lies across them has a part along the true ones.
-    const MOST: f64 = 15.0;
-    if across > 0.0 { ((along / across).powi(2) - 1.0).clamp(0.0, MOST) } else { MOST }
+/// Weight k of the data term's tangential part, on top of the weight 1 of all directions, for noise with these deviations
+/// along the normals and in tangential directions: (1 + k) is the ratio of the variances.
+pub(super) fn tangential_stiffness(normal: f64, tangential: f64) -> f64 {
+    // Normals are estimates: what seems tangential has a part along the true ones.
+    const LARGEST: f64 = 15.0;
+    if tangential > 0.0 { ((normal / tangential).powi(2) - 1.0).clamp(0.0, LARGEST) } else { LARGEST }
 }
 
 /// What noise looks like.
@@ -169,52 +181,57 @@ pub enum Kind {
     Correlated,
 }
 
-/// Vertices with a closed ring of vertices with closed rings, and |row of U U|.
-struct Finest {
+/// The finest band of a mesh: vertices with a closed ring of vertices with closed rings.
+struct FinestBand {
+    /// Each vertex, and its gain |row of U U|: the deviation there of the band of white noise of deviation 1.
     vertices: Vec<(Index, f64)>,
 }
 
-impl Finest {
-    fn of(net: &Net) -> Self {
-        let rim = &net.umbrella.rim;
+impl FinestBand {
+    fn of(connectivity: &Connectivity) -> Self {
+        let umbrella = &connectivity.umbrella;
+        let irregular = &umbrella.irregular;
         let gain = |v: Index| {
-            let row = net.umbrella.row(v);
-            if row.len() < 4 || row.iter().any(|&(w, _)| rim[w as usize]) {
+            let row = umbrella.row(v);
+            if row.len() < 4 || row.iter().any(|&(w, _)| irregular[w as usize]) {
                 return None;
             }
             let mut entries: Vec<(Index, f64)> =
-                row.iter().flat_map(|&(w, x)| net.umbrella.row(w).iter().map(move |&(u, y)| (u, x * y))).collect();
+                row.iter().flat_map(|&(w, x)| umbrella.row(w).iter().map(move |&(u, y)| (u, x * y))).collect();
             entries.sort_by_key(|entry| entry.0);
-            let same = entries.chunk_by(|a, b| a.0 == b.0);
-            let squared: f64 = same.map(|e| e.iter().map(|e| e.1).sum::<f64>().powi(2)).sum();
+            let same_column = entries.chunk_by(|a, b| a.0 == b.0);
+            let squared: f64 = same_column.map(|e| e.iter().map(|e| e.1).sum::<f64>().powi(2)).sum();
             Some((v, squared.sqrt()))
         };
-        let vertices = (0..rim.len() as Index).into_par_iter().filter_map(gain).collect();
+        let vertices = (0..irregular.len() as Index).into_par_iter().filter_map(gain).collect();
         Self { vertices }
     }
 
-    /// n · U U x over its gain, model units.
-    fn along(&self, net: &Net, x: &[DVec3], normals: &[DVec3]) -> Vec<f64> {
-        let once: Vec<DVec3> = (0..x.len()).into_par_iter().map(|v| net.umbrella.at(x, v)).collect();
-        let one = |&(v, gain): &(Index, f64)| {
-            let v = v as usize;
-            normals[v].dot(net.umbrella.at(&once, v)) / gain
-        };
-        self.vertices.par_iter().map(one).collect()
+    /// Values of `measure(v, U U x)` over the gain, one for each vertex of the band.
+    fn values(
+        &self,
+        connectivity: &Connectivity,
+        x: &[DVec3],
+        measure: impl Fn(usize, DVec3) -> f64 + Sync,
+    ) -> Vec<f64> {
+        let umbrella = &connectivity.umbrella;
+        let once: Vec<DVec3> = (0..x.len()).into_par_iter().map(|v| umbrella.at(x, v)).collect();
+        let value = |&(v, gain): &(Index, f64)| measure(v as usize, umbrella.at(&once, v as usize)) / gain;
+        self.vertices.par_iter().map(value).collect()
     }
 
-    /// |U U x| across n over its gain, model units.
-    fn across(&self, net: &Net, x: &[DVec3], normals: &[DVec3]) -> Vec<f64> {
-        let once: Vec<DVec3> = (0..x.len()).into_par_iter().map(|v| net.umbrella.at(x, v)).collect();
-        let one = |&(v, gain): &(Index, f64)| {
-            let v = v as usize;
-            net.umbrella.at(&once, v).reject_from_normalized(normals[v]).length() / gain
-        };
-        self.vertices.par_iter().map(one).collect()
+    /// Signed parts of the band along the normals (#V×3), over the gain, model units.
+    fn normal_parts(&self, connectivity: &Connectivity, x: &[DVec3], normals: &[DVec3]) -> Vec<f64> {
+        self.values(connectivity, x, |v, band| normals[v].dot(band))
     }
 
-    /// Share of the edges whose ends have heights of one sign; 0 without any.
-    fn agreement(&self, surface: &Surface, heights: &[f64]) -> f64 {
+    /// Lengths of the band's tangential parts, over the gain, model units.
+    fn tangential_lengths(&self, connectivity: &Connectivity, x: &[DVec3], normals: &[DVec3]) -> Vec<f64> {
+        self.values(connectivity, x, |v, band| band.reject_from_normalized(normals[v]).length())
+    }
+
+    /// Fraction of the edges whose ends have heights of the same sign; 0 without any edge.
+    fn sign_agreement(&self, surface: &Surface, heights: &[f64]) -> f64 {
         let mut of_vertex = vec![0.0; surface.positions().len()];
         self.vertices.iter().zip(heights).for_each(|(&(v, _), h)| of_vertex[v as usize] = *h);
         let products = surface.topology().edges().iter().map(|e| of_vertex[e[0] as usize] * of_vertex[e[1] as usize]);
@@ -224,11 +241,12 @@ impl Finest {
         if all > 0.0 { same / all } else { 0.0 }
     }
 
-    /// The same where heights are white noise.
-    fn agreement_of_noise(&self, surface: &Surface, net: &Net) -> f64 {
+    /// Sign agreement of the band of white noise on this mesh. It is below one half, since the umbrella makes neighbours
+    /// deviate to opposite sides.
+    fn sign_agreement_of_white_noise(&self, surface: &Surface, connectivity: &Connectivity) -> f64 {
         let count = surface.positions().len();
-        let heights = self.along(net, &gaussians(count, 5), &vec![DVec3::X; count]);
-        self.agreement(surface, &heights)
+        let heights = self.normal_parts(connectivity, &gaussians(count, 5), &vec![DVec3::X; count]);
+        self.sign_agreement(surface, &heights)
     }
 }
 
@@ -236,28 +254,30 @@ fn magnitudes(heights: &[f64]) -> Vec<f64> {
     heights.iter().map(|h| h.abs()).collect()
 }
 
-/// Deviation of a Gaussian from the median and from the ninth decile of its absolute values; 0 without any.
+/// Deviation of a Gaussian from the median and from the ninth decile of its absolute values; 0 without any values.
 fn deviations(absolute: &[f64]) -> (f64, f64) {
     let mut sorted = absolute.to_vec();
     sorted.sort_unstable_by(f64::total_cmp);
-    let at = |share: f64| sorted.get((share * sorted.len() as f64) as usize).copied().unwrap_or(0.0);
+    let at = |quantile: f64| sorted.get((quantile * sorted.len() as f64) as usize).copied().unwrap_or(0.0);
+    // 1 / Φ⁻¹(0.75), and Φ⁻¹(0.95), with Φ the standard normal distribution.
     (1.4826 * at(0.5), at(0.9) / 1.6449)
 }
 
-/// Of the length of two Gaussians of deviation 1: √(2 ln 2).
-const MEDIAN_OF_TWO: f64 = 1.1774;
+/// Median length of a vector of two standard Gaussians (a Rayleigh distribution): √(2 ln 2).
+const RAYLEIGH_MEDIAN: f64 = 1.1774;
 
-/// 0 without any.
+/// Median of the values; 0 without any.
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// (q₈₀ + q₂₀ − 2 q₅₀) / (q₈₀ − q₂₀), farther in than where creases are; 0 for too few values to tell.
-fn lopsided(mut heights: Vec<f64>) -> f64 {
+/// Skewness by quantiles, (q₈₀ + q₂₀ − 2 q₅₀) / (q₈₀ − q₂₀); 0 for too few values to tell. Creases lie outside these
+/// quantiles.
+fn quantile_skewness(mut heights: Vec<f64>) -> f64 {
     // With as many Gaussian values the quotient is below 0.12 but for one time in a thousand.
-    const ENOUGH: usize = 2000;
-    if heights.len() < ENOUGH {
+    const LEAST_COUNT: usize = 2000;
+    if heights.len() < LEAST_COUNT {
         return 0.0;
     }
     heights.sort_unstable_by(f64::total_cmp);
@@ -265,26 +285,32 @@ fn lopsided(mut heights: Vec<f64>) -> f64 {
     if high > low { (high + low - 2.0 * middle) / (high - low) } else { 0.0 }
 }
 
-/// Deviation from the band between smoothings with μ = ½ and 4, against that of white noise of deviation 1.
-fn coarse(net: &Net, x: &[DVec3], normals: &[DVec3], progress: &dyn Progress) -> Result<f64, Cancelled> {
-    let free = Freedom::default();
+/// Deviation of the band between smoothings with μ = ½ and 4 along the normals, over that of white noise of deviation 1.
+fn coarse_deviation(
+    connectivity: &Connectivity,
+    x: &[DVec3],
+    normals: &[DVec3],
+    progress: &dyn Progress,
+) -> Result<f64, Cancelled> {
+    let umbrella = &connectivity.umbrella;
+    let free = BoundaryConstraint::default();
     let band = |x: &[DVec3]| -> Result<Vec<DVec3>, Cancelled> {
-        let fine = net.umbrella.smoothed(x, 0.5, &free, progress)?;
-        let wide = net.umbrella.smoothed(x, 4.0, &free, progress)?;
+        let fine = umbrella.smoothed(x, 0.5, &free, progress)?;
+        let wide = umbrella.smoothed(x, 4.0, &free, progress)?;
         Ok(fine.iter().zip(wide).map(|(a, b)| *a - b).collect())
     };
-    let inner: Vec<usize> =
-        (0..x.len()).filter(|&v| !net.umbrella.rim[v] && net.umbrella.row(v as Index).len() > 1).collect();
-    let seen = band(x)?;
-    // Three samples of white noise at once.
-    let white = band(&gaussians(x.len(), 3))?;
-    let heights: Vec<f64> = inner.iter().map(|&v| normals[v].dot(seen[v]).abs()).collect();
-    let expected: Vec<f64> = inner.iter().flat_map(|&v| white[v].abs().to_array()).collect();
+    let regular: Vec<usize> =
+        (0..x.len()).filter(|&v| !umbrella.irregular[v] && umbrella.row(v as Index).len() > 1).collect();
+    let of_mesh = band(x)?;
+    // The three coordinates are three samples of white noise.
+    let of_noise = band(&gaussians(x.len(), 3))?;
+    let heights: Vec<f64> = regular.iter().map(|&v| normals[v].dot(of_mesh[v]).abs()).collect();
+    let expected: Vec<f64> = regular.iter().flat_map(|&v| of_noise[v].abs().to_array()).collect();
     let unit = deviations(&expected).0;
     Ok(if unit > 0.0 { deviations(&heights).0 / unit } else { 0.0 })
 }
 
-/// Independent standard Gaussians. #V×3
+/// Independent vectors of three standard Gaussians; the same seed gives the same ones. #V×3
 pub(super) fn gaussians(count: usize, seed: u64) -> Vec<DVec3> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut one = || -> f64 { StandardNormal.sample(&mut random) };

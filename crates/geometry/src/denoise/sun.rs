@@ -1,4 +1,4 @@
-//! Face normals averaged over the faces that look the same way, then vertices that follow.
+//! Sun's filter: face normals are averaged over neighbours with similar normals, then vertices follow.
 //!
 //! Xianfang Sun, Paul L. Rosin, Ralph R. Martin, Frank C. Langbein. Fast and effective feature-preserving mesh
 //! denoising. TVCG 13 (5), 2007.
@@ -7,7 +7,8 @@
 //! wᵢⱼ = max(0, nᵢ · nⱼ − T)².
 
 use super::Boundary;
-use super::faces::{Faces, Shapes, filter, lists};
+use super::face_geometry::{FaceGeometry, filter_normals};
+use super::triangle_mesh::{TriangleMesh, build_lists};
 use super::vertex_update::{Updater, VertexUpdate};
 use crate::progress::{Cancelled, Progress};
 use crate::surface::Surface;
@@ -41,32 +42,32 @@ impl Default for Sun {
     }
 }
 
-/// δ of the vertices that follow the filtered normals. #V×3, model units.
+/// Filters the normals, lets the vertices follow and returns δ = p − p*. #V×3, model units
 pub(super) fn deltas(surface: &Surface, settings: &Sun, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
-    let faces = Faces::of(surface);
-    let mut updater = Updater::new(surface, &faces, settings.vertex_update);
-    let normals = filtered(&faces, surface.positions(), settings, progress)?;
+    let mesh = TriangleMesh::of(surface);
+    let mut updater = Updater::new(surface, &mesh, settings.vertex_update);
+    let normals = filtered(&mesh, surface.positions(), settings, progress)?;
     updater.follow(&normals, progress)?;
     Ok(updater.deltas())
 }
 
-/// The filtered normals. #T×3
+/// Filters the face normals. #T×3
 fn filtered(
-    faces: &Faces,
+    mesh: &TriangleMesh,
     positions: &[DVec3],
     settings: &Sun,
     progress: &dyn Progress,
 ) -> Result<Vec<DVec3>, Cancelled> {
-    let by_vertex = faces.by_vertex();
-    let neighbours = lists(faces.len(), |f, list| {
+    let by_vertex = mesh.vertex_neighbours();
+    let neighbours = build_lists(mesh.face_count(), |f, list| {
         list.extend(by_vertex.get(f));
         list.push(f);
     });
-    let mut normals = Shapes::of(faces, positions).normals;
+    let mut normals = FaceGeometry::of(mesh, positions).normals;
     let mut next = normals.clone();
     for done in 1..=settings.iterations {
         progress.check()?;
-        filter(&neighbours, &normals, &mut next, |f, _, g| {
+        filter_normals(&neighbours, &normals, &mut next, |f, _, g| {
             let agreement = (normals[f].dot(normals[g]) - settings.threshold).max(0.0);
             agreement * agreement
         });

@@ -1,4 +1,4 @@
-//! Smoothing without shrinking.
+//! Taubin smoothing: Laplacian smoothing that does not shrink.
 //!
 //! Gabriel Taubin. A signal processing approach to fair surface design. SIGGRAPH 1995.
 //!
@@ -41,7 +41,7 @@ impl Default for Taubin {
     }
 }
 
-/// δ of the smoothed surface. #V×3, model units.
+/// Smooths and returns δ = p − p*. #V×3, model units
 pub(super) fn deltas(surface: &Surface, settings: &Taubin, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
     let pair = [settings.step, settings.inflate];
     let steps = (0..settings.iterations).flat_map(|_| pair);
@@ -64,7 +64,7 @@ mod tests {
         let volume_after = |inflate| {
             let settings = Taubin { iterations: 20, inflate, ..Taubin::default() };
             let deltas = deltas(&sphere, &settings, &Silent).unwrap();
-            sphere.at(sphere.positions().iter().zip(deltas).map(|(p, d)| *p - d).collect()).volume() / sphere.volume()
+            sphere.at(sphere.moved_by(&deltas)).volume() / sphere.volume()
         };
         // Below the pass band the gain of a pair is a little above one: (1 − λk)(1 − μk) for the k of the coordinates.
         assert!((volume_after(-0.53) - 1.0).abs() < 0.05, "{}", volume_after(-0.53));

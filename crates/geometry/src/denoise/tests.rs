@@ -207,7 +207,7 @@ fn along_the_normal_means_along_it_within_limits_too() {
             }
             // Limits shorten ways before normals are taken of where these lead.
             let leaning = along.normals.len() - upright;
-            let told = (along.loss.leaning * along.normals.len() as f64).round() as usize;
+            let told = (along.residual.tilted * along.normals.len() as f64).round() as usize;
             assert!(leaning <= told || !denoising.limits.is_none(), "{denoiser:?}: {leaning} of {told} lean");
         }
     }

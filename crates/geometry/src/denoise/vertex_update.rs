@@ -1,18 +1,18 @@
-//! Vertices that fit given face normals.
+//! Vertex update: moves vertices so that the faces of a mesh have given normals.
 //!
 //! Xianfang Sun, Paul L. Rosin, Ralph R. Martin, Frank C. Langbein. Fast and effective feature-preserving mesh
 //! denoising. TVCG 13 (5), 2007, section 4: descent on Σ_f Σ_{i∈f} (n_f · (c_f − pᵢ))², c_f the centroid, with a step
 //! that cannot overshoot (eq. 12): pᵢ ← pᵢ + 1/|Fᵢ| Σ_{f∈Fᵢ} n_f (n_f · (c_f − pᵢ)).
 //!
-//! Only the normals are given, so vertices may drift; a closeness term w |pᵢ − pᵢ⁰|² / 2 holds them to where they came
-//! from. A step that would turn a triangle away from its normal is not taken at the vertices of that triangle.
+//! Normals say nothing about the positions, so vertices may drift; a closeness term w |pᵢ − pᵢ⁰|² / 2 holds them near the
+//! input. A step that would turn a triangle away from its normal is not taken at the vertices of that triangle.
 //!
-//! The least of that functional can be had at once, see `vertex_update/least_squares.rs`.
+//! The minimum of that functional can also be found at once, see `vertex_update/least_squares.rs`.
 
 pub(super) mod least_squares;
 
 use super::Boundary;
-use super::faces::Faces;
+use super::triangle_mesh::TriangleMesh;
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
 use crate::surface::Surface;
@@ -58,7 +58,7 @@ pub enum Motion {
     #[default]
     Free,
     /// Along one normal for each vertex, pᵢ − hᵢ nᵢ: a map of heights can hold all of it. See
-    /// [`Along`](super::Along) for how that follows from the free form.
+    /// [`HeightField`](super::HeightField) for how that follows from the free form.
     AlongNormal,
 }
 
@@ -87,11 +87,12 @@ impl VertexUpdate {
     }
 }
 
-/// Vertices of one surface that follow one field of normals after the other, wherever they are free to go.
+/// Moves the vertices of one surface so that its faces follow given normals, for one field of normals after the other.
 pub(super) struct Updater<'a> {
-    faces: &'a Faces,
+    mesh: &'a TriangleMesh,
     settings: VertexUpdate,
     input: &'a [DVec3],
+    /// True for vertices that stay. #V
     fixed: Vec<bool>,
     positions: Vec<DVec3>,
     next: Vec<DVec3>,
@@ -99,59 +100,62 @@ pub(super) struct Updater<'a> {
 }
 
 impl<'a> Updater<'a> {
-    pub(super) fn new(surface: &'a Surface, faces: &'a Faces, settings: VertexUpdate) -> Self {
+    pub(super) fn new(surface: &'a Surface, mesh: &'a TriangleMesh, settings: VertexUpdate) -> Self {
         let topology = surface.topology();
-        let stays = |v: Index| settings.boundary == Boundary::Fixed && topology.is_boundary(v);
+        let is_fixed_boundary = |v: Index| settings.boundary == Boundary::Fixed && topology.is_boundary(v);
+        let is_fixed = |v: Index| is_fixed_boundary(v) || mesh.vertex_faces.get(v).is_empty();
         let input = surface.positions();
         Self {
-            faces,
+            mesh,
             settings,
             input,
-            fixed: (0..input.len() as Index).map(|v| stays(v) || faces.around.get(v).is_empty()).collect(),
+            fixed: (0..input.len() as Index).map(is_fixed).collect(),
             positions: input.to_vec(),
             next: input.to_vec(),
-            centroids: vec![DVec3::ZERO; faces.len()],
+            centroids: vec![DVec3::ZERO; mesh.face_count()],
         }
     }
 
-    /// Where the vertices are. #V×3, model units.
+    /// Current positions of the vertices. #V×3, model units
     pub(super) fn positions(&self) -> &[DVec3] {
         &self.positions
     }
 
-    /// δ = p − p*. #V×3, model units.
+    /// Displacements δ = p − p* from the current positions to the input. #V×3, model units
     pub(super) fn deltas(&self) -> Vec<DVec3> {
         self.input.iter().zip(&self.positions).map(|(p, x)| *p - x).collect()
     }
 
-    /// Goes towards `normals` (#T×3, unit or zero).
+    /// Moves the vertices so that the faces follow `normals` (#T×3, unit or zero).
     pub(super) fn follow(&mut self, normals: &[DVec3], progress: &dyn Progress) -> Result<(), Cancelled> {
-        let prevent = self.settings.fold_overs == FoldOvers::Prevent;
+        let prevent_flips = self.settings.fold_overs == FoldOvers::Prevent;
         if self.settings.scheme == VertexScheme::LeastSquares {
-            let Self { faces, settings, input, fixed, positions, .. } = self;
-            let system = least_squares::System { faces, normals, fixed, along: None, closeness: settings.closeness };
+            let Self { mesh, settings, input, fixed, positions, .. } = self;
+            let closeness = settings.closeness;
+            let system = least_squares::System { mesh, normals, fixed, directions: None, closeness };
             self.next = system.solve(positions, input, progress)?;
-            if prevent {
-                take_folds_back(faces, normals, &self.positions, &mut self.next, least_squares::HALVINGS);
+            if prevent_flips {
+                undo_flips(mesh, normals, &self.positions, &mut self.next, least_squares::MAX_HALVINGS);
             }
             std::mem::swap(&mut self.positions, &mut self.next);
             return Ok(());
         }
         for _ in 0..self.settings.iterations {
             progress.check()?;
-            self.step(normals);
-            if prevent {
-                take_folds_back(self.faces, normals, &self.positions, &mut self.next, 0);
+            self.descend(normals);
+            if prevent_flips {
+                undo_flips(self.mesh, normals, &self.positions, &mut self.next, 0);
             }
             std::mem::swap(&mut self.positions, &mut self.next);
         }
         Ok(())
     }
 
-    fn step(&mut self, normals: &[DVec3]) {
-        let Self { faces, settings, input, fixed, positions, next, centroids } = self;
+    /// Takes one step of the descent from `positions` to `next`.
+    fn descend(&mut self, normals: &[DVec3]) {
+        let Self { mesh, settings, input, fixed, positions, next, centroids } = self;
         let positions: &[DVec3] = positions;
-        centroids.par_iter_mut().zip(&faces.triangles).with_min_len(2048).for_each(|(centroid, t)| {
+        centroids.par_iter_mut().zip(&mesh.triangles).with_min_len(2048).for_each(|(centroid, t)| {
             let [a, b, c] = t.map(|v| positions[v as usize]);
             *centroid = (a + b + c) / 3.0;
         });
@@ -162,45 +166,45 @@ impl<'a> Updater<'a> {
                 *out = p;
                 return;
             }
-            let around = faces.around.get(v as Index);
-            let pull = around.iter().fold(w * (input[v] - p), |sum, &f| {
+            let around = mesh.vertex_faces.get(v as Index);
+            let sum = around.iter().fold(w * (input[v] - p), |sum, &f| {
                 let n = normals[f as usize];
                 sum + n * n.dot(centroids[f as usize] - p)
             });
-            *out = p + pull / (around.len() as f64 + w);
+            *out = p + sum / (around.len() as f64 + w);
         });
     }
 }
 
-/// Takes vertices of `to` back towards `from`, by half of the way so often and then all of it, until no triangle has
-/// turned away from its normal. Each round takes one back at least, and a triangle whose vertices are all back is as it
+/// Undoes steps that turn triangles away from their given normals: a vertex of such a triangle goes back from `to` towards
+/// `from` (#V×3), `halvings` times by half of the step, and then all the way. A triangle whose vertices are all back is as it
 /// was, so this ends.
-pub(super) fn take_folds_back(faces: &Faces, normals: &[DVec3], from: &[DVec3], to: &mut [DVec3], halvings: u8) {
-    let faces_normal = |f: Index, points: &[DVec3]| {
-        let [a, b, c] = faces.triangles[f as usize].map(|v| points[v as usize]);
+pub(super) fn undo_flips(mesh: &TriangleMesh, normals: &[DVec3], from: &[DVec3], to: &mut [DVec3], halvings: u8) {
+    let agrees = |f: Index, points: &[DVec3]| {
+        let [a, b, c] = mesh.triangles[f as usize].map(|v| points[v as usize]);
         (b - a).cross(c - a).dot(normals[f as usize]) > 0.0
     };
-    let turned = |f: &Index, to: &[DVec3]| !faces_normal(*f, to) && faces_normal(*f, from);
-    let all = (0..faces.len() as Index).into_par_iter().with_min_len(2048);
-    let mut folded: Vec<Index> = all.filter(|f| turned(f, to)).collect();
-    let mut halved = vec![0; if halvings == 0 || folded.is_empty() { 0 } else { to.len() }];
-    while let Some(f) = folded.pop() {
-        if !turned(&f, to) {
+    let is_flipped = |f: &Index, to: &[DVec3]| !agrees(*f, to) && agrees(*f, from);
+    let all = (0..mesh.face_count() as Index).into_par_iter().with_min_len(2048);
+    let mut queue: Vec<Index> = all.filter(|f| is_flipped(f, to)).collect();
+    let mut halved = vec![0; if halvings == 0 || queue.is_empty() { 0 } else { to.len() }];
+    while let Some(f) = queue.pop() {
+        if !is_flipped(&f, to) {
             continue;
         }
-        for v in faces.triangles[f as usize] {
-            let place = v as usize;
-            if to[place] == from[place] {
+        for v in mesh.triangles[f as usize] {
+            let i = v as usize;
+            if to[i] == from[i] {
                 continue;
             }
-            match halved.get_mut(place) {
+            match halved.get_mut(i) {
                 Some(times) if *times < halvings => {
                     *times += 1;
-                    to[place] = (from[place] + to[place]) / 2.0;
+                    to[i] = (from[i] + to[i]) / 2.0;
                 }
-                _ => to[place] = from[place],
+                _ => to[i] = from[i],
             }
-            folded.extend(faces.around.get(v));
+            queue.extend(mesh.vertex_faces.get(v));
         }
     }
 }
@@ -208,7 +212,7 @@ pub(super) fn take_folds_back(faces: &Faces, normals: &[DVec3], from: &[DVec3], 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::denoise::faces::Shapes;
+    use crate::denoise::face_geometry::FaceGeometry;
     use crate::noise::{self, Noise};
     use crate::progress::Silent;
     use crate::shapes;
@@ -223,40 +227,39 @@ mod tests {
     };
 
     /// A sphere, the same with noise, and its faces.
-    fn noisy(sigma: f64) -> (Surface, Surface, Faces) {
+    fn noisy(sigma: f64) -> (Surface, Surface, TriangleMesh) {
         let sphere = shapes::sphere(3);
         let noise = Noise { sigma, direction: noise::Direction::Normal, share: 1.0, seed: 3 };
-        let lifted = noise::displacements(&sphere, &noise);
-        let noisy = sphere.at(sphere.positions().iter().zip(lifted).map(|(p, d)| *p + d).collect());
-        let faces = Faces::of(&sphere);
-        (sphere, noisy, faces)
+        let noisy = noise::noisy(&sphere, &noise);
+        let mesh = TriangleMesh::of(&sphere);
+        (sphere, noisy, mesh)
     }
 
-    fn off(faces: &Faces, positions: &[DVec3], normals: &[DVec3]) -> f64 {
-        let found = Shapes::of(faces, positions).normals;
-        found.iter().zip(normals).map(|(a, b)| a.angle_between(*b).to_degrees()).sum::<f64>() / faces.len() as f64
+    fn off(mesh: &TriangleMesh, positions: &[DVec3], normals: &[DVec3]) -> f64 {
+        let found = FaceGeometry::of(mesh, positions).normals;
+        found.iter().zip(normals).map(|(a, b)| a.angle_between(*b).to_degrees()).sum::<f64>() / mesh.face_count() as f64
     }
 
     #[test]
     fn vertices_reach_normals_that_a_surface_has() {
-        let (clean, noisy, faces) = noisy(0.2);
-        let normals = Shapes::of(&faces, clean.positions()).normals;
+        let (clean, noisy, mesh) = noisy(0.2);
+        let normals = FaceGeometry::of(&mesh, clean.positions()).normals;
         // From 21°. A hundred steps do not come to the end.
         for (scheme, bound) in [(VertexScheme::Descent, 0.2), (VertexScheme::LeastSquares, 1e-3)] {
-            let mut updater = Updater::new(&noisy, &faces, VertexUpdate { scheme, ..SETTINGS });
+            let mut updater = Updater::new(&noisy, &mesh, VertexUpdate { scheme, ..SETTINGS });
             updater.follow(&normals, &Silent).unwrap();
-            let left = off(&faces, updater.positions(), &normals);
+            let left = off(&mesh, updater.positions(), &normals);
             assert!(left < bound, "{scheme:?}: {left}");
         }
     }
 
     #[test]
     fn least_squares_are_where_the_descent_ends() {
-        let (clean, noisy, faces) = noisy(0.2);
-        let normals = Shapes::of(&faces, clean.positions()).normals;
+        let (clean, noisy, mesh) = noisy(0.2);
+        let normals = FaceGeometry::of(&mesh, clean.positions()).normals;
         let end = |scheme| {
             let settings = VertexUpdate { scheme, iterations: 2000, closeness: 0.1, ..SETTINGS };
-            let mut updater = Updater::new(&noisy, &faces, settings);
+            let mut updater = Updater::new(&noisy, &mesh, settings);
             updater.follow(&normals, &Silent).unwrap();
             updater.deltas()
         };
@@ -269,10 +272,10 @@ mod tests {
 
     #[test]
     fn closeness_holds_vertices_back() {
-        let (clean, noisy, faces) = noisy(0.2);
-        let target = Shapes::of(&faces, clean.positions()).normals;
+        let (clean, noisy, mesh) = noisy(0.2);
+        let target = FaceGeometry::of(&mesh, clean.positions()).normals;
         let moved = [0.0, 0.5, 5.0].map(|closeness| {
-            let mut updater = Updater::new(&noisy, &faces, VertexUpdate { closeness, ..SETTINGS });
+            let mut updater = Updater::new(&noisy, &mesh, VertexUpdate { closeness, ..SETTINGS });
             updater.follow(&target, &Silent).unwrap();
             updater.deltas().iter().map(|d| d.length()).sum::<f64>()
         });
@@ -282,15 +285,15 @@ mod tests {
     #[test]
     fn no_triangle_is_turned_over_where_that_is_prevented() {
         // Normals that nothing can have, in all directions.
-        let (_, noisy, faces) = noisy(0.4);
-        let before = Shapes::of(&faces, noisy.positions()).normals;
+        let (_, noisy, mesh) = noisy(0.4);
+        let before = FaceGeometry::of(&mesh, noisy.positions()).normals;
         let target: Vec<DVec3> = before.iter().map(|n| (*n + 0.9 * DVec3::new(n.y, n.z, n.x)).normalize()).collect();
         let turned = |scheme, fold_overs| {
-            let mut updater = Updater::new(&noisy, &faces, VertexUpdate { scheme, fold_overs, ..SETTINGS });
+            let mut updater = Updater::new(&noisy, &mesh, VertexUpdate { scheme, fold_overs, ..SETTINGS });
             updater.follow(&target, &Silent).unwrap();
-            let after = Shapes::of(&faces, updater.positions()).normals;
+            let after = FaceGeometry::of(&mesh, updater.positions()).normals;
             let turned = |f: &usize| before[*f].dot(target[*f]) > 0.0 && after[*f].dot(target[*f]) <= 0.0;
-            (0..faces.len()).filter(turned).count()
+            (0..mesh.face_count()).filter(turned).count()
         };
         for scheme in [VertexScheme::Descent, VertexScheme::LeastSquares] {
             assert_eq!(turned(scheme, FoldOvers::Prevent), 0, "{scheme:?}");

@@ -1,6 +1,6 @@
 //! Texels as image files, and back.
 
-use crate::texture::Size;
+use crate::texture::sampling::Size;
 use exr::prelude as openexr;
 use exr::prelude::{ReadChannels as _, ReadLayers as _, WritableImage as _};
 use half::f16;

@@ -7,8 +7,8 @@
 //! 1982); texels that leave the bounds are set to them and the others solved again. Samples that share no texel do not
 //! see each other, so each group that hangs together is solved by itself.
 
-use super::{Exactness, Size};
-use crate::displacement::Footprint;
+use super::Exactness;
+use super::sampling::{Footprint, Size};
 use crate::progress::{Cancelled, Parts, Progress};
 use crate::ragged::{Index, Ragged};
 use crate::union_find::UnionFind;

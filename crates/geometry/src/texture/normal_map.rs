@@ -6,9 +6,10 @@
 //! exact inverse of that.
 
 use super::tangents::Tangent;
-use super::{Coverage, gutter, per_texel};
+use super::{TextureLayout, gutter, per_texel};
 use crate::normals::{self, FaceWeight};
 use crate::progress::{Cancelled, Progress};
+use crate::ragged::Index;
 use crate::surface::Surface;
 use glam::{DMat3, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
@@ -24,41 +25,38 @@ pub enum Convention {
     DirectX,
 }
 
-/// A normal map, 8 bits a channel.
+/// A normal map with 8 bits a channel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NormalMap {
-    /// RGB, row by row from the top.
+    /// Red, green and blue of each texel, row by row from the top.
     pub texels: Vec<[u8; 3]>,
 }
 
-/// Bakes the normals of `denoised` (#V×3, model units) into the [`tangents`](super::tangents::tangents) of `surface` (#T×3) with the normals that
-/// its vertices carry (#V×3, unit).
+/// Tangent frames in which a normal map is expressed.
+#[derive(Clone, Copy, Debug)]
+pub struct TangentFrames<'a> {
+    /// Normals that the vertices carry. #V×3, unit
+    pub normals: &'a [Vec3],
+    /// [`tangents`](super::tangents::tangents) of the surface with these normals. #T×3
+    pub tangents: &'a [[Tangent; 3]],
+}
+
+/// Bakes the angle-weighted normals of the denoised surface, whose positions are `denoised` (#V×3, model units), in the
+/// tangent frames of the noisy one, which is that of the layout.
 pub fn bake(
-    surface: &Surface,
-    vertex_normals: &[Vec3],
-    tangents: &[[Tangent; 3]],
+    layout: TextureLayout,
+    frames: TangentFrames,
     denoised: Vec<DVec3>,
-    coverage: &Coverage,
     convention: Convention,
     progress: &dyn Progress,
 ) -> Result<NormalMap, Cancelled> {
     progress.stage("normal map");
+    let TextureLayout { surface, coverage, .. } = layout;
     let targets = normals::vertex_normals(&surface.at(denoised), FaceWeight::Angle);
     let mut texels = per_texel(coverage.size(), Vec3::ZERO, progress, || {
-        |column, row| {
-            let Some(owner) = coverage.owner(column, row) else { return Vec3::ZERO };
-            let (t, weights) = coverage.weights(owner, column, row);
-            let corners = surface.triangle_corners()[t as usize];
-            let vertices = corners.map(|c| surface.topology().vertex(c) as usize);
-            let blend = |values: [DVec3; 3]| DMat3::from_cols(values[0], values[1], values[2]) * weights;
-            let target = blend(vertices.map(|v| targets[v]));
-            let n = blend(vertices.map(|v| vertex_normals[v].as_dvec3()));
-            let frames = tangents[t as usize];
-            let tangent = blend(frames.map(|f| f.tangent.as_dvec3()));
-            // The sign is constant in a triangle: MikkTSpace never joins mirrored faces.
-            let frame = DMat3::from_cols(tangent, n.cross(tangent) * f64::from(frames[0].sign), n);
-            let local = (frame.inverse() * target).normalize_or(DVec3::Z);
-            if local.is_finite() { local.as_vec3() } else { Vec3::Z }
+        |column, row| match coverage.owner(column, row) {
+            Some(owner) => frames.express(surface, &targets, coverage.weights(owner, column, row)),
+            None => Vec3::ZERO,
         }
     })?;
     gutter::pull_push(&mut texels, coverage);
@@ -73,4 +71,21 @@ pub fn bake(
         [quantise(n.x), quantise(n.y * green), quantise(n.z)]
     };
     Ok(NormalMap { texels: texels.iter().map(encode).collect() })
+}
+
+impl TangentFrames<'_> {
+    /// Normal of the target (#V×3) at barycentric coordinates of a triangle, in the interpolated tangent frame there. Unit
+    fn express(&self, surface: &Surface, targets: &[DVec3], (triangle, weights): (Index, DVec3)) -> Vec3 {
+        let corners = surface.triangle_corners()[triangle as usize];
+        let vertices = corners.map(|c| surface.topology().vertex(c) as usize);
+        let blend = |values: [DVec3; 3]| DMat3::from_cols(values[0], values[1], values[2]) * weights;
+        let target = blend(vertices.map(|v| targets[v]));
+        let n = blend(vertices.map(|v| self.normals[v].as_dvec3()));
+        let frames = self.tangents[triangle as usize];
+        let tangent = blend(frames.map(|f| f.tangent.as_dvec3()));
+        // The sign is constant in a triangle: MikkTSpace never joins mirrored faces.
+        let frame = DMat3::from_cols(tangent, n.cross(tangent) * f64::from(frames[0].sign), n);
+        let local = (frame.inverse() * target).normalize_or(DVec3::Z);
+        if local.is_finite() { local.as_vec3() } else { Vec3::Z }
+    }
 }

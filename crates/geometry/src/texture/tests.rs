@@ -2,8 +2,8 @@ use super::*;
 use crate::normals::{FaceWeight, vertex_normals};
 use crate::progress::Silent;
 use crate::shapes;
-use crate::texture::normal_map::Convention;
-use glam::Vec3;
+use crate::texture::normal_map::{Convention, TangentFrames};
+use glam::{DVec2, Vec3};
 
 /// A grid in the middle of the texture with the height x + 2y.
 fn slope() -> (Surface, Atlas, Vec<f64>) {
@@ -18,7 +18,8 @@ fn slope() -> (Surface, Atlas, Vec<f64>) {
 fn map(interpolation: Interpolation, size: u32) -> (HeightMap, Coverage) {
     let (surface, atlas, heights) = slope();
     let coverage = Coverage::new(&surface, &atlas, Size::square(size), &Silent).unwrap();
-    (bake(&surface, &atlas, &heights, &coverage, interpolation, &Silent).unwrap(), coverage)
+    let layout = TextureLayout { surface: &surface, atlas: &atlas, coverage: &coverage };
+    (bake(layout, &heights, interpolation, &Silent).unwrap(), coverage)
 }
 
 #[test]
@@ -72,7 +73,13 @@ fn sampled_ways_give_the_sample_at_its_place() {
     let size = Size::square(12);
     let coverage = Coverage::new(&surface, &atlas, size, &Silent).unwrap();
     for interpolation in [Interpolation::Natural, Interpolation::Idw, Interpolation::Nearest] {
-        let map = bake(&surface, &atlas, &heights, &coverage, interpolation, &Silent).unwrap();
+        let map = bake(
+            TextureLayout { surface: &surface, atlas: &atlas, coverage: &coverage },
+            &heights,
+            interpolation,
+            &Silent,
+        )
+        .unwrap();
         let mut hits = 0;
         for i in 0..size.texels() {
             let uv = size.uv_from_texel(i % 12, i / 12);
@@ -103,7 +110,8 @@ fn maps_are_the_same_bits_on_any_number_of_threads() {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
                 let coverage = Coverage::new(&sphere, &atlas, Size::square(128), &Silent).unwrap();
-                bake(&sphere, &atlas, &heights, &coverage, interpolation, &Silent).unwrap()
+                let layout = TextureLayout { surface: &sphere, atlas: &atlas, coverage: &coverage };
+                bake(layout, &heights, interpolation, &Silent).unwrap()
             })
         };
         assert!(on(1) == on(2) && on(1) == on(7), "{interpolation:?}");
@@ -119,9 +127,9 @@ fn a_normal_map_gives_back_the_normals_it_was_made_of() {
     let coverage = Coverage::new(&wavy, &atlas, Size::square(32), &Silent).unwrap();
     let flat = surface.positions().to_vec();
     let tangents = tangents::tangents(&wavy, &atlas, &normals);
-    let bake = |convention| {
-        normal_map::bake(&wavy, &normals, &tangents, flat.clone(), &coverage, convention, &Silent).unwrap()
-    };
+    let layout = TextureLayout { surface: &wavy, atlas: &atlas, coverage: &coverage };
+    let frames = TangentFrames { normals: &normals, tangents: &tangents };
+    let bake = |convention| normal_map::bake(layout, frames, flat.clone(), convention, &Silent).unwrap();
     let (gl, dx) = (bake(Convention::OpenGl), bake(Convention::DirectX));
     for i in 0..32 * 32 {
         let (column, row) = (i % 32, i / 32);

@@ -1,6 +1,6 @@
-//! What may come out best. A new candidate is a name, and what it does in [`Candidate::way`].
+//! Candidates of the mixture. A new one is a name, and its algorithm in [`Candidate::algorithm`].
 
-use crate::denoise::map::{Prior, Run};
+use crate::denoise::map::{Prior, Problem};
 use crate::progress::{Cancelled, Progress};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -34,14 +34,17 @@ pub enum Candidate {
     LinearStrong,
 }
 
-/// What a candidate does.
-pub(super) enum Way {
+/// Algorithm of a candidate.
+pub(super) enum Algorithm {
+    /// The input is the result.
     Stay,
-    /// S is to solve (1 + m σ UᵀU / k) x = p with the uniform umbrella, k times; m in mean edges. With more passes the band
-    /// that stays has a sharper end. S p + S (p − S p) gives back most of the shape that S has flattened (Tukey's twicing), and
-    /// the ways are shortened across the normals by as much as the data hold there.
+    /// Linear smoothing S: it solves (1 + m σ UᵀU / k) x = p with the umbrella operator, k times; m is the strength, σ is in
+    /// mean edges. More passes k make the low-pass filter steeper. S p + S (p − S p) gives back most of the shape that S has
+    /// flattened (Tukey's twicing). The tangential part of each offset is scaled down by the stiffness of the data term.
     Linear {
+        /// Strength m.
         strength: f64,
+        /// Number of passes k.
         passes: u32,
     },
     /// The most probable surface under this prior.
@@ -81,17 +84,17 @@ impl Candidate {
         }
     }
 
-    /// Strengths were found on a dozen and a half meshes, from machine parts to animals.
-    pub(super) fn way(self) -> Way {
-        let linear = |strength| Way::Linear { strength, passes: 4 };
+    /// Algorithm with its settings. Strengths were found on a dozen and a half meshes, from machine parts to animals.
+    pub(super) fn algorithm(self) -> Algorithm {
+        let linear = |strength| Algorithm::Linear { strength, passes: 4 };
         match self {
-            Self::Stay => Way::Stay,
-            Self::Flat => Way::Map(Prior::FLAT),
-            Self::Sharp => Way::Map(Prior::SHARP),
-            Self::Creases => Way::Map(Prior::CREASES),
-            Self::Mixed => Way::Map(Prior::MIXED),
-            Self::Detail => Way::Map(Prior::DETAIL),
-            Self::Smooth => Way::Map(Prior::SMOOTH),
+            Self::Stay => Algorithm::Stay,
+            Self::Flat => Algorithm::Map(Prior::FLAT),
+            Self::Sharp => Algorithm::Map(Prior::SHARP),
+            Self::Creases => Algorithm::Map(Prior::CREASES),
+            Self::Mixed => Algorithm::Map(Prior::MIXED),
+            Self::Detail => Algorithm::Map(Prior::DETAIL),
+            Self::Smooth => Algorithm::Map(Prior::SMOOTH),
             Self::LinearFaint => linear(16.0),
             Self::LinearLight => linear(40.0),
             Self::Linear => linear(100.0),
@@ -99,45 +102,58 @@ impl Candidate {
         }
     }
 
-    /// Whether it may be mixed with another one. Linear smoothing blurs the creases that priors with creases make, and where
-    /// it leaves much noise its risk is known worst: such a pair looks best by chance if ever.
+    /// Whether a mixture may contain the mean of this candidate and another one. Linear smoothing blurs the creases that
+    /// priors with creases make, and where it leaves much noise its risk is least certain: such a pair looks best by chance if
+    /// ever.
     pub(super) fn mixes_with(self, other: Self) -> bool {
         let has_creases = |c: Self| matches!(c, Self::Flat | Self::Sharp | Self::Creases);
-        let is_linear = |c: Self| matches!(c.way(), Way::Linear { .. });
+        let is_linear = |c: Self| matches!(c.algorithm(), Algorithm::Linear { .. });
         !(has_creases(self) && is_linear(other) || is_linear(self) && has_creases(other))
     }
 
-    /// Ways of the vertices from `input`; `start` is the input smoothed. #V×3, model units.
-    pub(super) fn ways(
+    /// Runs the candidate. Returns the offset of each vertex from `input`; `guess` is the smoothed input. #V×3, model units
+    pub(super) fn offsets(
         self,
-        run: &Run,
+        problem: &Problem,
         input: &[DVec3],
-        start: &[DVec3],
+        guess: &[DVec3],
         progress: &dyn Progress,
     ) -> Result<Vec<DVec3>, Cancelled> {
-        match self.way() {
-            Way::Stay => Ok(vec![DVec3::ZERO; input.len()]),
-            Way::Linear { strength, passes } => {
-                let mu = strength * run.sigma / f64::from(passes);
-                let smooth = |mut x: Vec<DVec3>| -> Result<Vec<DVec3>, Cancelled> {
-                    for _ in 0..passes {
-                        x = run.net.umbrella.smoothed(&x, mu, run.freedom, progress)?;
-                    }
-                    Ok(x)
-                };
-                let once = smooth(input.to_vec())?;
-                let left = smooth(input.iter().zip(&once).map(|(p, x)| *p - *x).collect())?;
-                let smoothed: Vec<DVec3> = once.iter().zip(left).map(|(x, left)| *x + left).collect();
-                let normals = run.net.vertex_normals(&smoothed);
-                let ways = smoothed.iter().zip(input).zip(normals).map(|((x, p), n)| {
-                    let across = (*x - *p).reject_from_normalized(n);
-                    *x - *p - across * (run.held / (1.0 + run.held))
-                });
-                Ok(ways.collect())
+        match self.algorithm() {
+            Algorithm::Stay => Ok(vec![DVec3::ZERO; input.len()]),
+            Algorithm::Linear { strength, passes } => {
+                let mu = strength * problem.sigma / f64::from(passes);
+                smooth_linearly(problem, input, mu, passes, progress)
             }
-            Way::Map(prior) => run.ways(input, start, &prior, progress),
+            Algorithm::Map(prior) => problem.estimate(input, guess, &prior, progress),
         }
     }
+}
+
+/// Offsets of [`Algorithm::Linear`] with `passes` bi-Laplacian steps of strength `mu`. #V×3, model units
+fn smooth_linearly(
+    problem: &Problem,
+    input: &[DVec3],
+    mu: f64,
+    passes: u32,
+    progress: &dyn Progress,
+) -> Result<Vec<DVec3>, Cancelled> {
+    let Problem { connectivity, constraint, tangential_stiffness, .. } = *problem;
+    let smooth = |mut x: Vec<DVec3>| -> Result<Vec<DVec3>, Cancelled> {
+        for _ in 0..passes {
+            x = connectivity.umbrella.smoothed(&x, mu, constraint, progress)?;
+        }
+        Ok(x)
+    };
+    let once = smooth(input.to_vec())?;
+    let lost = smooth(input.iter().zip(&once).map(|(p, x)| *p - *x).collect())?;
+    let smoothed: Vec<DVec3> = once.iter().zip(lost).map(|(x, lost)| *x + lost).collect();
+    let normals = connectivity.vertex_normals(&smoothed);
+    let offsets = smoothed.iter().zip(input).zip(normals).map(|((x, p), n)| {
+        let tangential = (*x - *p).reject_from_normalized(n);
+        *x - *p - tangential * (tangential_stiffness / (1.0 + tangential_stiffness))
+    });
+    Ok(offsets.collect())
 }
 
 impl fmt::Display for Candidate {

@@ -1,12 +1,12 @@
-//! Gives a surface back the volume that denoising took.
+//! Restores the volume that denoising has taken from a surface.
 //!
 //! Mathieu Desbrun, Mark Meyer, Peter Schröder, Alan H. Barr. Implicit fairing of irregular meshes using diffusion and
 //! curvature flow. SIGGRAPH 1999, section 5.1, restore the exact volume after smoothing by scaling the mesh about its
-//! centre. That moves every vertex, and those far from the centre most. Here the denoised surface is offset instead, by
-//! the same t everywhere, which is how the volume grows fastest for how far vertices go: dV = ∫ t dA.
+//! centre. That moves every vertex, and those far from the centre most. Here the denoised surface is offset by the same
+//! distance t everywhere instead, which changes the volume most for a given motion of the vertices: dV = ∫ t dA.
 //!
-//! Each vertex takes its share along its normal in the input, so that what a map of heights holds it goes on holding;
-//! the slant of that against the denoised surface is made up for.
+//! Vertices are offset along their input normals, so that a height map can still represent the result. The offset is divided
+//! by the cosine between input normal and denoised normal.
 
 use super::{Bounds, VolumeChange};
 use crate::normals::{self, FaceWeight};
@@ -16,29 +16,30 @@ use crate::surface::Surface;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Triangles that are summed at a time, whatever the number of threads.
-const RUN: usize = 4096;
+/// Number of triangles that are summed at a time, whatever the number of threads.
+const CHUNK: usize = 4096;
 
-/// Most steps of the search; a dozen is usual.
-const STEPS: usize = 200;
+/// Largest number of steps of the search; a dozen is usual.
+const MAX_STEPS: usize = 200;
 
-/// Cosine of the steepest slant that is made up for.
-const SLANT: f64 = 0.5;
+/// Smallest cosine between input normal and denoised normal that an offset is divided by.
+const MIN_COSINE: f64 = 0.5;
 
-/// Offsets the denoised surface until it encloses what the input does, as far as the other limits let it.
+/// Offsets the denoised surface until it encloses the volume of the input, as far as the other limits allow.
 pub(super) fn restore(
     bounds: &Bounds,
     surface: &Surface,
-    along: &[DVec3],
+    directions: &[DVec3],
     deltas: &mut Vec<DVec3>,
     progress: &dyn Progress,
 ) -> Result<VolumeChange, Cancelled> {
     let volume = Volume::of(surface);
-    let denoised = surface.at(surface.positions().iter().zip(&*deltas).map(|(p, d)| *p - *d).collect());
-    let lift = |(n, denoised): (&DVec3, DVec3)| *n / n.dot(denoised).max(SLANT);
-    let lifts: Vec<DVec3> = along.iter().zip(normals::vertex_normals(&denoised, FaceWeight::Angle)).map(lift).collect();
+    let denoised = surface.at(surface.moved_by(deltas));
+    let lift = |(n, denoised): (&DVec3, DVec3)| *n / n.dot(denoised).max(MIN_COSINE);
+    let lifts: Vec<DVec3> =
+        directions.iter().zip(normals::vertex_normals(&denoised, FaceWeight::Angle)).map(lift).collect();
     let offset = |t: f64| -> Vec<DVec3> {
-        let slots = deltas.par_iter().zip(&lifts).enumerate().with_min_len(RUN);
+        let slots = deltas.par_iter().zip(&lifts).enumerate().with_min_len(CHUNK);
         slots.map(|(v, (delta, lift))| bounds.allowed(v, *delta - t * *lift)).collect()
     };
     let by_method = volume.change(deltas);
@@ -54,9 +55,9 @@ pub(super) fn restore(
     Ok(VolumeChange { by_method, left, restored: left.abs() <= rounding })
 }
 
-/// Where a function becomes 0, and its value there; `at_zero` is the value at 0 and `first` a step the right way.
-/// Regula falsi that halves the value of an end that stays (Dowell & Jarratt 1971). Where the value cannot be brought
-/// down to `small`, what comes nearest.
+/// Finds a root of a function and returns it with the value there; `at_zero` is the value at 0 and `first` a step in the right
+/// direction. This is regula falsi that halves the value of an end that stays (Illinois method, Dowell & Jarratt 1971). If no
+/// value of at most `small` is found, the argument with the smallest one is returned.
 fn root(
     f: impl Fn(f64) -> Result<f64, Cancelled>,
     first: f64,
@@ -67,14 +68,14 @@ fn root(
     let ([mut a, mut fa], mut b) = ([0.0, at_zero], first);
     let mut fb = f(b)?;
     let mut between = false;
-    for _ in 0..STEPS {
+    for _ in 0..MAX_STEPS {
         if fb.abs() < best[1].abs() {
             best = [b, fb];
         }
         if best[1].abs() <= small || !fb.is_finite() || a == b {
             break;
         }
-        // b is the latest place; a is on the other side of the root as soon as there is one.
+        // The latest argument is b; a is on the other side of the root as soon as there is one.
         let next = if fa * fb > 0.0 && !between {
             2.0 * b
         } else {
@@ -96,12 +97,12 @@ fn root(
     Ok(best)
 }
 
-/// The volume between a surface and others with the same triangles.
+/// Volume between a surface and others with the same triangles.
 struct Volume<'a> {
     positions: &'a [DVec3],
     triangles: Vec<[Index; 3]>,
     centre: DVec3,
-    /// Sum of the sizes of its terms, cubic model units.
+    /// Sum of the absolute volumes of the tetrahedra, cubic model units.
     magnitude: f64,
 }
 
@@ -114,7 +115,7 @@ impl<'a> Volume<'a> {
         volume
     }
 
-    /// What the volume grows by where vertices move by −δ.
+    /// Change of the volume if vertices move by −δ.
     fn change(&self, deltas: &[DVec3]) -> f64 {
         let moved = |v: usize| self.positions[v] - deltas[v];
         self.sum(|t| self.tetrahedron(t, moved) - self.tetrahedron(t, |v| self.positions[v]))
@@ -126,7 +127,7 @@ impl<'a> Volume<'a> {
     }
 
     fn sum(&self, of_triangle: impl Fn([Index; 3]) -> f64 + Sync) -> f64 {
-        let runs = self.triangles.par_chunks(RUN).map(|run| run.iter().map(|t| of_triangle(*t)).sum());
+        let runs = self.triangles.par_chunks(CHUNK).map(|run| run.iter().map(|t| of_triangle(*t)).sum());
         runs.collect::<Vec<f64>>().iter().sum()
     }
 }

@@ -1,0 +1,154 @@
+//! The uniform umbrella operator, and one long step of bi-Laplacian smoothing with it.
+//!
+//! Leif Kobbelt, Swen Campagna, Jens Vorsatz, Hans-Peter Seidel. Interactive multi-resolution modeling on arbitrary
+//! meshes. SIGGRAPH 1998: (U x)ᵢ = xᵢ − mean of the neighbours.
+//!
+//! At a boundary vertex only its two boundary neighbours count, with weight ½; if it has more or fewer than two, its row
+//! is zero, and the data alone hold it. Non-manifold edges, and edges whose faces disagree about the orientation, count as
+//! boundary here.
+
+use super::Boundary;
+use super::conjugate_gradients::{CHUNK, Stop, multiply, solve};
+use crate::progress::{Cancelled, Progress};
+use crate::ragged::Index;
+use crate::sparse::Csr;
+use crate::surface::Surface;
+use crate::topology::EdgeKind;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// The umbrella operator U and its transpose.
+pub(super) struct Umbrella {
+    rows: Csr,
+    columns: Csr,
+    /// True for each vertex on an edge that does not have exactly two faces of the same orientation. #V
+    pub(super) irregular: Vec<bool>,
+}
+
+impl Umbrella {
+    pub(super) fn of(surface: &Surface) -> Self {
+        let topology = surface.topology();
+        let count = topology.vertex_count();
+        let mut irregular = vec![false; count];
+        for (e, edge) in (0..).zip(topology.edges()) {
+            if topology.edge_kind(e) != EdgeKind::Interior {
+                edge.iter().for_each(|&v| irregular[v as usize] = true);
+            }
+        }
+        let mut entries = Vec::with_capacity(8 * count);
+        for v in 0..count as Index {
+            let ring = topology.rings().get(v);
+            let along_boundary = || ring.iter().filter(|w| irregular[**w as usize]);
+            if !irregular[v as usize] {
+                let weight = -1.0 / ring.len() as f64;
+                entries.extend(ring.iter().map(|&w| (v, w, weight)));
+                entries.extend((!ring.is_empty()).then_some((v, v, 1.0)));
+            } else if along_boundary().count() == 2 {
+                entries.extend(along_boundary().map(|&w| (v, w, -0.25)));
+                entries.push((v, v, 0.5));
+            }
+        }
+        let rows = Csr::from_triplets(count, entries.iter().copied());
+        let columns = Csr::from_triplets(count, entries.iter().map(|&(v, w, x)| (w, v, x)));
+        Self { rows, columns, irregular }
+    }
+
+    /// Entries (column, value) of row v of U.
+    pub(super) fn row(&self, v: Index) -> &[(Index, f64)] {
+        self.rows.row(v)
+    }
+
+    /// Row v of the product U x.
+    pub(super) fn at(&self, x: &[DVec3], v: usize) -> DVec3 {
+        self.rows.row_times(v, x)
+    }
+
+    /// Row v of the product Uᵀ y.
+    pub(super) fn transposed_at(&self, y: &[DVec3], v: usize) -> DVec3 {
+        self.columns.row_times(v, y)
+    }
+
+    /// Solves (1 + μ UᵀU) x = x⁰ for positions `x` = x⁰ (#V×3, model units); vertices that the constraint fixes stay.
+    pub(super) fn smoothed(
+        &self,
+        x: &[DVec3],
+        mu: f64,
+        constraint: &BoundaryConstraint,
+        progress: &dyn Progress,
+    ) -> Result<Vec<DVec3>, Cancelled> {
+        let mut umbrellas = vec![DVec3::ZERO; x.len()];
+        let mut product = |x: &[DVec3], out: &mut [DVec3], identity: f64| {
+            let slots = umbrellas.par_iter_mut().enumerate().with_min_len(CHUNK);
+            slots.for_each(|(v, umbrella)| *umbrella = mu * self.at(x, v));
+            multiply(x, out, |v| constraint.projected(v, identity * x[v] + self.transposed_at(&umbrellas, v)))
+        };
+        // Offsets from the input are solved for, since they do not depend on where the origin is.
+        let mut right = vec![DVec3::ZERO; x.len()];
+        product(x, &mut right, 0.0);
+        right.iter_mut().for_each(|r| *r = -*r);
+        let stop = Stop { tolerance: 1e-4, max_steps: 100 };
+        let guess = vec![DVec3::ZERO; x.len()];
+        let ones = vec![1.0; x.len()];
+        let offsets = solve(|w, out| product(w, out, 1.0), &ones, &right, guess, stop, progress)?;
+        Ok(x.iter().zip(offsets).map(|(x, offset)| *x + offset).collect())
+    }
+}
+
+/// Constraint that vertices at the boundary stay, as a projection; the default lets all vertices move.
+#[derive(Clone, Debug, Default)]
+pub(super) struct BoundaryConstraint {
+    /// True for vertices that stay. #V, or empty where all vertices may move
+    fixed: Vec<bool>,
+}
+
+impl BoundaryConstraint {
+    pub(super) fn of(surface: &Surface, boundary: Boundary) -> Self {
+        let topology = surface.topology();
+        let fixed = match boundary {
+            Boundary::Free => Vec::new(),
+            Boundary::Fixed => (0..topology.vertex_count() as Index).map(|v| topology.is_boundary(v)).collect(),
+        };
+        Self { fixed }
+    }
+
+    /// Constraint of a part of the surface, whose vertices have these indices in the whole.
+    pub(super) fn of_part(&self, vertices: &[Index]) -> Self {
+        if self.fixed.is_empty() {
+            return Self::default();
+        }
+        Self { fixed: vertices.iter().map(|&v| self.fixed[v as usize]).collect() }
+    }
+
+    /// Offset that vertex v may take: the given one, or zero where the vertex stays.
+    pub(super) fn projected(&self, v: usize, offset: DVec3) -> DVec3 {
+        if self.fixed.get(v).is_some_and(|fixed| *fixed) { DVec3::ZERO } else { offset }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+    use crate::shapes;
+
+    #[test]
+    fn a_solution_of_the_smoothing_solves_it() {
+        let surface = shapes::dented_sphere(2);
+        let umbrella = Umbrella::of(&surface);
+        let x = umbrella.smoothed(surface.positions(), 0.5, &BoundaryConstraint::default(), &Silent).unwrap();
+        let umbrellas: Vec<_> = (0..x.len()).map(|v| umbrella.at(&x, v)).collect();
+        for (v, (x, p)) in x.iter().zip(surface.positions()).enumerate() {
+            let residual = *x + 0.5 * umbrella.transposed_at(&umbrellas, v) - *p;
+            // A ten-thousandth of a right-hand side that is below 0.1.
+            assert!(residual.length() < 1e-5, "{residual}");
+        }
+    }
+
+    #[test]
+    fn a_straight_boundary_is_not_bent() {
+        let grid = shapes::grid(4);
+        let umbrella = Umbrella::of(&grid);
+        let corners = (0..25).filter(|&v| umbrella.irregular[v] && umbrella.at(grid.positions(), v).length() > 1e-15);
+        assert_eq!(corners.count(), 4);
+    }
+}

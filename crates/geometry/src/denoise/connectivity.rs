@@ -1,0 +1,105 @@
+//! Connectivity of a triangle mesh as the estimates of noise and surface need it.
+
+use super::bilaplacian::Umbrella;
+use super::triangle_mesh::TriangleMesh;
+use crate::ragged::{Index, Ragged};
+use crate::surface::Surface;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Faces, half-edges, corners and the umbrella operator of a surface.
+pub(super) struct Connectivity {
+    pub(super) mesh: TriangleMesh,
+    pub(super) umbrella: Umbrella,
+    /// Half-edges of each face whose edge has two faces: index of the edge in [`TriangleMesh::edge_faces`], and the other face.
+    pub(super) half_edges: Ragged<(Index, Index)>,
+    /// Corners at each vertex: the triangle, and which of its three corners it is.
+    pub(super) corners: Ragged<(Index, u8)>,
+}
+
+impl Connectivity {
+    pub(super) fn of(surface: &Surface) -> Self {
+        let mesh = TriangleMesh::of(surface);
+        let both = (0..).zip(&mesh.edge_faces).flat_map(|(e, &[f, g])| [(f, (e, g)), (g, (e, f))]);
+        let half_edges = Ragged::group(mesh.face_count(), both);
+        let all = (0..).zip(&mesh.triangles).flat_map(|(f, t)| (0..3u8).map(move |k| (t[usize::from(k)], (f, k))));
+        let corners = Ragged::group(surface.positions().len(), all);
+        Self { mesh, umbrella: Umbrella::of(surface), half_edges, corners }
+    }
+
+    /// Faces that share an edge with `face`.
+    pub(super) fn edge_neighbours(&self, face: usize) -> impl Iterator<Item = usize> + '_ {
+        self.half_edges.get(face as Index).iter().map(|half_edge| half_edge.1 as usize)
+    }
+
+    /// Area-weighted unit normals of the vertices; zero where a vertex has no area around it. #V×3
+    pub(super) fn vertex_normals(&self, positions: &[DVec3]) -> Vec<DVec3> {
+        let doubled: Vec<DVec3> = self.mesh.triangles.par_iter().map(|t| doubled_area(t, positions)).collect();
+        let sum = |v: usize| self.mesh.vertex_faces.get(v as Index).iter().map(|&f| doubled[f as usize]).sum::<DVec3>();
+        (0..positions.len()).into_par_iter().with_min_len(1024).map(|v| sum(v).normalize_or_zero()).collect()
+    }
+
+    /// Undoes offsets from `input` (#V×3) that flip triangles, and returns δ = p − p*, the negated offsets.
+    ///
+    /// A vertex is reset while one of its triangles agreed with the mean vertex normal before and disagrees now, or has
+    /// flipped and disagrees more than before. Light noise (`sigma`, mean edges) flips hardly any triangle: one that an
+    /// estimate flips back was a fold of the surface itself, so there every flip is undone. Each round resets a vertex at
+    /// least, so this ends.
+    pub(super) fn undo_flips(&self, input: &[DVec3], mut offsets: Vec<DVec3>, sigma: f64) -> Vec<DVec3> {
+        // Decimated scans have a fold in a few hundred triangles. Noise of that size flips about as many.
+        const LIGHT_NOISE: f64 = 0.15;
+        let moved: Vec<DVec3> = input.iter().zip(&offsets).map(|(p, offset)| *p + *offset).collect();
+        let normals = self.vertex_normals(&moved);
+        let mesh = &self.mesh;
+        let flipped = |f: Index, offsets: &[DVec3]| {
+            let t = mesh.triangles[f as usize];
+            let mean: DVec3 = t.iter().map(|&v| normals[v as usize]).sum();
+            let before = doubled_area(&t, input).normalize_or_zero();
+            let [a, b, c] = t.map(|v| input[v as usize] + offsets[v as usize]);
+            let after = (b - a).cross(c - a).normalize_or_zero();
+            let (agreed, agrees) = (before.dot(mean), after.dot(mean));
+            let turned_over = before.dot(after) < 0.0;
+            (sigma < LIGHT_NOISE && turned_over)
+                || (agreed > 0.0 && (agrees <= 0.0 || (turned_over && agrees < agreed)))
+        };
+        let mut queue: Vec<Index> = (0..mesh.face_count() as Index).filter(|&f| flipped(f, &offsets)).collect();
+        while let Some(f) = queue.pop() {
+            if !flipped(f, &offsets) {
+                continue;
+            }
+            for v in mesh.triangles[f as usize] {
+                if offsets[v as usize] != DVec3::ZERO {
+                    offsets[v as usize] = DVec3::ZERO;
+                    queue.extend(mesh.vertex_faces.get(v));
+                }
+            }
+        }
+        offsets.iter().map(|offset| -*offset).collect()
+    }
+}
+
+fn doubled_area(triangle: &[Index; 3], positions: &[DVec3]) -> DVec3 {
+    let [a, b, c] = triangle.map(|v| positions[v as usize]);
+    (b - a).cross(c - a)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shapes;
+
+    #[test]
+    fn folds_of_the_surface_stay_in_light_noise_and_go_in_heavy_noise() {
+        let flat = shapes::grid(8);
+        let connectivity = Connectivity::of(&flat);
+        let inner = (0..).zip(flat.positions()).find(|(_, p)| (**p - DVec3::new(0.5, 0.5, 0.0)).length() < 1e-9);
+        let (moved, _) = inner.unwrap();
+        let mut folded = flat.positions().to_vec();
+        // Over the triangles beside it: a cell is an eighth.
+        folded[moved] += DVec3::new(0.2, 0.03, 0.0);
+        let offsets: Vec<DVec3> = flat.positions().iter().zip(&folded).map(|(to, from)| *to - *from).collect();
+        let kept = |sigma: f64| connectivity.undo_flips(&folded, offsets.clone(), sigma)[moved];
+        assert_eq!(kept(0.1), DVec3::ZERO);
+        assert_eq!(kept(0.3), -offsets[moved]);
+    }
+}

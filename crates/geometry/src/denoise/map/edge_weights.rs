@@ -1,0 +1,109 @@
+//! Weights of the edges between faces in iteratively reweighted least squares.
+
+use super::Prior;
+use super::linearised_normals::LinearisedNormals;
+use super::symmetric::Symmetric;
+use crate::denoise::conjugate_gradients::{CHUNK, Unknown as _};
+use crate::denoise::connectivity::Connectivity;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// An edge as one of its two faces sees it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct HalfEdgeWeight {
+    /// Centroid of this face minus that of the other one, cᵢ − cⱼ, mean edges.
+    pub(super) centroid_offset: DVec3,
+    /// Weight wₑ of the jump of the normal that the shape operators do not explain.
+    pub(super) normal_weight: f64,
+    /// Weight vₑ of the jump of the shape operator.
+    pub(super) shape_operator_weight: f64,
+}
+
+/// The robust penalty φ(r) = (1 + |r|²/κ²)^−p of one round, with the weights of the prior.
+pub(super) struct RobustWeights {
+    strength: f64,
+    curvature: f64,
+    exponent: f64,
+    /// 1/κ²
+    sharpness: f64,
+}
+
+impl RobustWeights {
+    /// Penalty of a round: κ falls geometrically from a first value, at which only strong creases stand out, to the
+    /// threshold of the prior (graduated non-convexity, Blake & Zisserman 1987).
+    pub(super) fn at_round(prior: &Prior, round: u32) -> Self {
+        // As unit vectors, normals that differ by 23° are 0.4 apart.
+        const FIRST_KAPPA: f64 = 0.4;
+        // The threshold is reached after four fifths of the rounds, so that the last ones converge.
+        let progress = if prior.rounds > 1 { 1.25 * f64::from(round) / f64::from(prior.rounds - 1) } else { 1.0 };
+        let kappa = FIRST_KAPPA * (prior.threshold / FIRST_KAPPA).powf(progress.min(1.0));
+        let strength = prior.strength * kappa.powf(-2.0 * prior.exponent);
+        Self {
+            strength,
+            curvature: strength * prior.curvature,
+            exponent: prior.exponent,
+            sharpness: 1.0 / (kappa * kappa),
+        }
+    }
+
+    /// φ for a squared residual.
+    fn robust(&self, squared: f64) -> f64 {
+        (1.0 + squared * self.sharpness).powf(-self.exponent)
+    }
+}
+
+/// Weights of all half-edges, in the order of [`Connectivity::half_edges`].
+pub(super) struct HalfEdgeWeights {
+    pub(super) all: Vec<HalfEdgeWeight>,
+    centroids: Vec<DVec3>,
+}
+
+impl HalfEdgeWeights {
+    /// Weights of zero, to be filled by [`Self::update`].
+    pub(super) fn new(connectivity: &Connectivity) -> Self {
+        let count = connectivity.half_edges.items().len();
+        let centroids = vec![DVec3::ZERO; connectivity.mesh.face_count()];
+        Self { all: vec![HalfEdgeWeight::default(); count], centroids }
+    }
+
+    /// Computes the weights from the residuals at `positions` (#V×3, mean edges), where `normals` are linearised, and
+    /// `shape_operators` (#T).
+    pub(super) fn update(
+        &mut self,
+        connectivity: &Connectivity,
+        normals: &LinearisedNormals,
+        positions: &[DVec3],
+        shape_operators: &[Symmetric],
+        robust: &RobustWeights,
+    ) {
+        let mesh = &connectivity.mesh;
+        let centroid = |t: &[u32; 3]| t.iter().map(|&v| positions[v as usize]).sum::<DVec3>() / 3.0;
+        self.centroids.par_iter_mut().zip(&mesh.triangles).for_each(|(c, t)| *c = centroid(t));
+        let centroids = &self.centroids;
+        let of_edge = |(&[f, g], &[a, b]): (&[u32; 2], &[u32; 2])| {
+            let [f, g] = [f, g].map(|f| f as usize);
+            // Long and short edges of a bad triangulation are clamped: they shall not outweigh the others.
+            let centroid_offset = (centroids[f] - centroids[g]).clamp_length_max(2.0);
+            let length = positions[a as usize].distance(positions[b as usize]).clamp(0.1, 3.0);
+            let predicted = 0.5 * (shape_operators[f] + shape_operators[g]).times(centroid_offset);
+            let normal_jump = normals.normals[f] - normals.normals[g] - predicted;
+            let of_normal = robust.robust(normal_jump.length_squared());
+            let of_shape_operator = robust.robust((shape_operators[f] - shape_operators[g]).norm2());
+            HalfEdgeWeight {
+                centroid_offset,
+                normal_weight: robust.strength * length * of_normal,
+                shape_operator_weight: robust.curvature * length * of_normal * of_shape_operator,
+            }
+        };
+        let edges = mesh.edge_faces.par_iter().zip(&mesh.edge_vertices).with_min_len(CHUNK);
+        let edges: Vec<HalfEdgeWeight> = edges.map(of_edge).collect();
+        let of_face = |f: usize| connectivity.half_edges.get(f as u32).iter().map(move |&(e, _)| (e as usize, f));
+        let half_edges = (0..mesh.face_count()).flat_map(of_face);
+        for (half_edge, (e, f)) in self.all.iter_mut().zip(half_edges) {
+            *half_edge = edges[e];
+            if mesh.edge_faces[e][0] as usize != f {
+                half_edge.centroid_offset = -half_edge.centroid_offset;
+            }
+        }
+    }
+}
