@@ -97,7 +97,7 @@ fn every_field_of_a_manifest_is_documented() {
         fields(value, &mut names);
         let section = sections.split("## `").find(|section| section.starts_with(&format!("{key}`")));
         for name in names {
-            let spelled = [format!("`{name}`"), format!(".{name}`")];
+            let spelled = [format!("`{name}`"), format!(".{name}`"), format!("`{name}.")];
             let found = section.is_some_and(|section| spelled.iter().any(|spelling| section.contains(spelling)));
             assert!(found, "docs/manifest.md does not mention {key}.{name}");
             count += 1;

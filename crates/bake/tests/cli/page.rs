@@ -45,7 +45,7 @@ fn the_page_of_commands_is_what_help_prints() {
         std::fs::write(&path, format!("{by_hand}{MARK}{printed}")).unwrap();
         return;
     }
-    let differs = committed.lines().zip(printed.lines()).find(|(old, new)| old != new);
+    let differs = printed.lines().zip(committed.lines().chain(std::iter::repeat(""))).find(|(new, old)| new != old);
     assert!(
         committed == printed,
         "docs/commands.md is out of date, run docs/make; the first line that differs: {differs:?}"
