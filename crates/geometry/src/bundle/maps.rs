@@ -1,7 +1,7 @@
 //! Both maps and what they were made from.
 
 use super::layout::Plan;
-use super::{BakeError, Settings, Ways, apply_offsets};
+use super::{BakeError, Settings, Ways};
 use crate::atlas::Atlas;
 use crate::displacement::{self, Displacement, Encoding, MapKind};
 use crate::model::Model;
@@ -195,4 +195,9 @@ fn room_for_normals(
     let coverage = Coverage::new(model.surface(), atlas, size, progress)?;
     let allowed = OVERLAP * coverage.share() * size.texels() as f64;
     Ok((coverage.overlaps() as f64 <= allowed).then_some(coverage))
+}
+
+/// p − λ · δ for each vertex, given where they go at λ = 1 (#V×3). #V×3, model units.
+fn apply_offsets(model: &Model, places: &[DVec3], lambda: f64) -> Vec<DVec3> {
+    model.surface().positions().iter().zip(places).map(|(p, q)| *p - lambda * (*p - *q)).collect()
 }
