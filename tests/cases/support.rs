@@ -3,10 +3,10 @@
 use glam::{DVec2, DVec3, Vec3};
 use planish_geometry::apply::{self, Places, ShaderVertex};
 use planish_geometry::bundle::{self, Belongings, Bundle, Goal, Names, Settings};
-use planish_geometry::denoise::Along;
+use planish_geometry::denoise::{Along, NormalField};
 use planish_geometry::displacement::{Displacement, Place, Weights};
 use planish_geometry::manifest::{Layout, Manifest};
-use planish_geometry::model::{Model, NormalSource};
+use planish_geometry::model::Model;
 use planish_geometry::normals;
 use planish_geometry::obj::Obj;
 use planish_geometry::progress::Silent;
@@ -118,14 +118,14 @@ impl Read {
 /// Heights of the vertices from first principles, and the normals they belong to. #V
 pub(crate) fn heights(model: &Model, settings: &Settings) -> (Vec<f64>, Vec<Vec3>) {
     let Goal::Denoiser(denoising) = &settings.goal else { panic!("the tests bake no targets") };
-    let deltas = denoising.run(model.surface(), model.weld(), &Silent).unwrap().deltas;
+    let deltas = denoising.run(model.surface(), model.weld(), denoising.output(), &Silent).unwrap().deltas;
     let source = settings.normals.unwrap_or_default();
-    if source == NormalSource::Leaning {
+    if source == NormalField::Tilted {
         // Normals that lean are fitted together with the heights.
         let Along { heights, normals, .. } = Along::leaning(model.surface(), &deltas, &Silent).unwrap();
         return (heights, normals);
     }
-    let along = model.displacement_normals(source, &deltas).unwrap();
+    let along = source.normals(model, &deltas).unwrap();
     (normals::heights(&deltas, &along), along)
 }
 

@@ -1,9 +1,10 @@
 //! The vertex shader's Rust twin: p' = p − λ · height · n, in single precision.
 
 use crate::atlas::AtlasError;
+use crate::denoise::NormalField;
 use crate::displacement::{Displacement, MapKind, Place, Weights};
 use crate::manifest::{self, Layout, Manifest, UvSource};
-use crate::model::{Model, NoFileNormals, NormalSource};
+use crate::model::{Model, NoFileNormals};
 use crate::obj::Obj;
 use crate::ragged::Index;
 use crate::texture::tangents::{self, Tangent};
@@ -191,12 +192,15 @@ pub fn baked_vertices(
     };
     let normals = if is_carrier {
         of_carrier(mesh)
-    } else if matches!(manifest.normals, NormalSource::Denoised | NormalSource::Leaning) {
-        // Without it one would have to denoise once more.
-        let carrier = carrier().filter(|carrier| manifest::sha256(carrier.bytes()) == manifest.carrier.sha256);
-        of_carrier(&carrier.ok_or(MeshError::NeedsCarrierNormals)?)
     } else {
-        model.displacement_normals(manifest.normals, &[])?
+        match manifest.normals {
+            NormalField::Source(source) => model.displacement_normals(source)?,
+            NormalField::Denoised | NormalField::Tilted => {
+                // Without it one would have to denoise once more.
+                let carrier = carrier().filter(|carrier| manifest::sha256(carrier.bytes()) == manifest.carrier.sha256);
+                of_carrier(&carrier.ok_or(MeshError::NeedsCarrierNormals)?)
+            }
+        }
     };
     let mut vertices = source_vertices(mesh, &model.weld().spread(&normals), places, origin);
     if needs_frames {

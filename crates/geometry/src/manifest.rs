@@ -4,9 +4,8 @@
 //! fields are passed over when reading, so that later versions may add some.
 
 use crate::denoise::limits::Outcome;
-use crate::denoise::{Denoising, Loss, auto};
+use crate::denoise::{Denoising, Loss, NormalField, auto};
 use crate::displacement::{Encoding, MapKind, TexelFormat};
-use crate::model::NormalSource;
 use crate::ragged::Index;
 use crate::texture::findings::Findings;
 use crate::texture::normal_map::Convention;
@@ -44,7 +43,7 @@ pub struct Manifest {
     /// Which `v` lines count as one vertex.
     pub welding: Welding,
     /// Where the normals that the map displaces along come from.
-    pub normals: NormalSource,
+    pub normals: NormalField,
     /// The map.
     pub displacement: MapEntry,
     /// Where vertices sample that have several texture coordinates; only with [`Layout::Uv`].

@@ -1,8 +1,6 @@
 //! A file understood: its welded surface, its normals, its layout, and what is wrong with it.
 
 use crate::atlas::{Atlas, AtlasError};
-#[cfg(doc)]
-use crate::denoise::Along;
 use crate::normals::{self, FaceWeight};
 use crate::obj::Obj;
 use crate::ragged::{Index, Ragged};
@@ -12,7 +10,7 @@ use crate::weld::{Weld, Welding};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// Where the vertex normals come from.
+/// Where the vertex normals of a mesh come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum NormalSource {
@@ -25,10 +23,6 @@ pub enum NormalSource {
     /// [`FaceWeight::Angle`].
     #[default]
     Angle,
-    /// The same on the denoised surface, before what heights leave out of it.
-    Denoised,
-    /// Those, leaning to where a vertex goes where heights along them would leave its faces turned: [`Along::leaning`].
-    Leaning,
 }
 
 /// The file has no usable `vn` line that a face names.
@@ -115,22 +109,18 @@ impl Model {
         let corners = 0..self.surface.topology().faces().items().len() as Index;
         Atlas::new(&self.surface, self.obj.uvs(), corners.map(|c| self.source_corner(c).uv()))
     }
-    /// Normals of the vertices in single precision, as baker, carrier and shader use them. #V×3
-    pub fn displacement_normals(&self, source: NormalSource, deltas: &[DVec3]) -> Result<Vec<Vec3>, NoFileNormals> {
-        Ok(self.vertex_normals(source, deltas)?.into_iter().map(DVec3::as_vec3).collect())
+    /// Unit normal of each vertex in single precision, as baker, carrier and shader use it; zero where there is none.
+    /// #V×3
+    pub fn displacement_normals(&self, source: NormalSource) -> Result<Vec<Vec3>, NoFileNormals> {
+        Ok(self.vertex_normals(source)?.into_iter().map(DVec3::as_vec3).collect())
     }
-    /// Unit normal of each vertex; zero where there is none. δ (#V×3, model units) says where the denoised surface is. Normals
-    /// that lean do so for heights, which are fitted along with them; here they are as before. #V×3
-    pub fn vertex_normals(&self, source: NormalSource, deltas: &[DVec3]) -> Result<Vec<DVec3>, NoFileNormals> {
+    /// Unit normal of each vertex; zero where there is none. #V×3
+    pub fn vertex_normals(&self, source: NormalSource) -> Result<Vec<DVec3>, NoFileNormals> {
         let weight = match source {
             NormalSource::File => return self.file_normals(),
             NormalSource::Uniform => FaceWeight::Uniform,
             NormalSource::Area => FaceWeight::Area,
             NormalSource::Angle => FaceWeight::Angle,
-            NormalSource::Denoised | NormalSource::Leaning => {
-                let places = self.surface.positions().iter().zip(deltas).map(|(p, delta)| *p - *delta).collect();
-                return Ok(normals::vertex_normals(&self.surface.at(places), FaceWeight::Angle));
-            }
         };
         Ok(normals::vertex_normals(&self.surface, weight))
     }

@@ -42,6 +42,10 @@ impl Surface {
     pub fn positions(&self) -> &[DVec3] {
         &self.positions
     }
+    /// Positions p − δ after displacements δ (#V×3, model units). #V×3
+    pub fn moved_by(&self, deltas: &[DVec3]) -> Vec<DVec3> {
+        self.positions.iter().zip(deltas).map(|(p, delta)| *p - *delta).collect()
+    }
     /// Position at a corner.
     pub fn at_corner(&self, corner: Index) -> DVec3 {
         self.positions[self.topology.vertex(corner) as usize]

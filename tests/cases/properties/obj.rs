@@ -78,7 +78,7 @@ fn gets_through(bytes: &[u8]) -> Result<(), TestCaseError> {
             atlas.charts(model.surface());
         }
         for source in [NormalSource::File, NormalSource::Uniform, NormalSource::Area, NormalSource::Angle] {
-            let normals = model.vertex_normals(source, &[]);
+            let normals = model.vertex_normals(source);
             prop_assert!(normals.is_ok() || source == NormalSource::File);
         }
         model.updated_file_normals(model.surface().positions());

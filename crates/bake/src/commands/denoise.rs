@@ -6,9 +6,8 @@ use crate::failure::Failure;
 use crate::output::Output;
 use planish_files::words;
 use planish_geometry::denoise::limits::Outcome;
-use planish_geometry::denoise::{Denoising, DenoisingError, Moved, auto};
+use planish_geometry::denoise::{Denoising, DenoisingError, Moved, NormalField, auto};
 use planish_geometry::manifest::HeightsLoss;
-use planish_geometry::model::NormalSource;
 use planish_geometry::progress::Progress as _;
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -36,7 +35,7 @@ struct Denoised {
 /// What heights can hold of the free form.
 #[derive(Serialize)]
 struct Heights {
-    normals: NormalSource,
+    normals: NormalField,
     #[serde(flatten)]
     loss: HeightsLoss,
 }
@@ -47,12 +46,12 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
     let model = super::model(&args.input, args.method.weld, console)?;
     let surface = model.surface();
     let method = args.method.denoising(model.obj())?;
-    let moved = method.run(surface, model.weld(), console).map_err(|e| match e {
+    let moved = method.run(surface, model.weld(), method.output(), console).map_err(|e| match e {
         DenoisingError::Limits(e) => Failure::limits(&e, &args.input),
         DenoisingError::Cancelled(_) => Failure::Interrupted,
     })?;
     let Moved { deltas, along, limits, choice } = moved;
-    let places: Vec<_> = surface.positions().iter().zip(&deltas).map(|(p, d)| *p - *d).collect();
+    let places = surface.moved_by(&deltas);
     if let Some(v) = places.iter().position(|p| !p.is_finite()) {
         let line = model.weld().first()[v] + 1;
         return Err(Failure::Internal(format!(

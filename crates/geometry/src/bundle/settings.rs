@@ -1,8 +1,8 @@
 //! What can be chosen of a bake.
 
 use super::{Goal, LayoutChoice};
+use crate::denoise::NormalField;
 use crate::displacement::{MapKind, TexelFormat};
-use crate::model::NormalSource;
 use crate::texture::normal_map::Convention;
 use crate::texture::resolution;
 use crate::texture::{Interpolation, Texels};
@@ -16,7 +16,7 @@ pub struct Settings {
     /// How the model was welded; goes into the manifest.
     pub welding: Welding,
     /// Along which normals to displace; none chooses, see [`Goal::ways`].
-    pub normals: Option<NormalSource>,
+    pub normals: Option<NormalField>,
     /// Strength for the normal map and the clients.
     pub lambda: Lambda,
     /// Heights or vectors.

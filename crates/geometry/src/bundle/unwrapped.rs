@@ -6,7 +6,6 @@ use crate::obj::Obj;
 use crate::progress::Progress;
 use crate::texture::resolution::{self, Choice, Reason, Spacing};
 use crate::unwrap::{Charts, UnwrapError};
-use glam::DVec3;
 
 impl From<UnwrapError> for BakeError {
     fn from(error: UnwrapError) -> Self {
@@ -26,8 +25,7 @@ pub(super) fn bake(
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<Bundle, BakeError> {
-    let goal: Vec<DVec3> = model.surface().positions().iter().zip(&ways.deltas).map(|(p, d)| *p - *d).collect();
-    let charts = Charts::cut(model, &goal, progress)?;
+    let charts = Charts::cut(model, &model.surface().moved_by(&ways.deltas), progress)?;
     let sides = settings.side.map_or_else(|| resolution::sides(settings.largest_side.0), |side| vec![side]);
     let largest = sides.last().copied().unwrap_or(1);
     let mut best = None;

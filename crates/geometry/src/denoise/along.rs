@@ -10,6 +10,7 @@
 
 mod leaning;
 
+use super::NormalField;
 use super::faces::{Faces, Shapes};
 use super::limits::{Bounds, Outcome};
 use super::vertex_update::least_squares::{HALVINGS, System};
@@ -40,7 +41,7 @@ pub struct Loss {
     pub lost: f64,
     /// Root mean square over the vertices of |δ − h·n|, model units.
     pub rms: f64,
-    /// Share of the vertices whose normal leans, 0..=1; see [`NormalSource::Leaning`].
+    /// Share of the vertices whose normal leans, 0..=1; see [`NormalField::Tilted`].
     pub leaning: f64,
 }
 
@@ -70,7 +71,7 @@ impl Along {
     }
 
     /// The fit along normals of the denoised surface that lean to the ways of those vertices whose faces it would leave
-    /// turned otherwise: [`NormalSource::Leaning`].
+    /// turned otherwise: [`NormalField::Tilted`].
     pub fn leaning(surface: &Surface, deltas: &[DVec3], progress: &dyn Progress) -> Result<Self, Cancelled> {
         let wanted = Wanted::new(surface, deltas);
         wanted.leaning(wanted.fitted(wanted.normals_of_denoised(), progress)?, progress)
@@ -111,12 +112,12 @@ impl Along {
         surface: &Surface,
         deltas: &[DVec3],
         progress: &dyn Progress,
-    ) -> Result<(Self, NormalSource), Cancelled> {
+    ) -> Result<(Self, NormalField), Cancelled> {
         let wanted = Wanted::new(surface, deltas);
-        let mut best = (wanted.fitted(single(surface), progress)?, NormalSource::Angle);
+        let mut best = (wanted.fitted(single(surface), progress)?, NormalSource::Angle.into());
         let denoised = wanted.fitted(wanted.normals_of_denoised(), progress)?;
         let leaning = wanted.leaning(denoised.clone(), progress)?;
-        for (along, source) in [(denoised, NormalSource::Denoised), (leaning, NormalSource::Leaning)] {
+        for (along, source) in [(denoised, NormalField::Denoised), (leaning, NormalField::Tilted)] {
             if along.loss.lost < best.0.loss.lost {
                 best = (along, source);
             }
@@ -218,7 +219,7 @@ mod tests {
     fn noise_along_the_normals_of_the_clean_surface_is_held_along_these() {
         let (surface, deltas) = noisy(Direction::Normal);
         let (best, source) = Along::best(&surface, &deltas, &Silent).unwrap();
-        assert_eq!(source, NormalSource::Denoised);
+        assert_eq!(source, NormalField::Denoised);
         // Noise went along these very normals, which single precision rounds.
         assert!(best.loss.turned > 15.0 && best.loss.lost < 1e-3, "{:?}", best.loss);
         assert!(best.loss.rms < 1e-7);

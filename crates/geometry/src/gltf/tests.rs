@@ -95,7 +95,7 @@ impl Owned {
     fn new(obj: &str) -> Self {
         let model = Model::new(Obj::parse(obj.into()).unwrap(), Welding::Exact);
         let surface = model.surface();
-        let normals = model.vertex_normals(NormalSource::Angle, &[]).unwrap().iter().map(|n| n.as_vec3()).collect();
+        let normals = model.vertex_normals(NormalSource::Angle).unwrap().iter().map(|n| n.as_vec3()).collect();
         let [low, high] = surface.bounds();
         let centre = if low.is_finite() { (low + high) / 2.0 } else { DVec3::ZERO };
         let aside = |i: u32| DVec3::new(0.1, 0.01 * f64::from(i), 0.0);

@@ -68,7 +68,7 @@ fn leaning(normal: Vec3, way: DVec3) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::NormalSource;
+    use crate::denoise::NormalField;
     use crate::noise::{self, Direction, Noise};
     use crate::progress::Silent;
     use crate::shapes;
@@ -100,6 +100,6 @@ mod tests {
         let upright = leaning.normals.iter().zip(&upright.normals).filter(|(a, b)| a.distance(**b) < 1e-6).count();
         let leans = (leaning.loss.leaning * leaning.normals.len() as f64).round() as usize;
         assert_eq!(upright, leaning.normals.len() - leans);
-        assert_eq!(Along::best(&surface, &lifted, &Silent).unwrap(), (leaning, NormalSource::Leaning));
+        assert_eq!(Along::best(&surface, &lifted, &Silent).unwrap(), (leaning, NormalField::Tilted));
     }
 }
