@@ -34,7 +34,7 @@ pub struct Manifest {
     /// Version of the format: 1.
     pub planish: u64,
     /// The mesh that was baked.
-    pub source: Source,
+    pub source: SourceEntry,
     /// How it was denoised.
     pub method: Method,
     /// What the method `auto` measured and chose; none with other methods.
@@ -62,7 +62,7 @@ pub struct Manifest {
 
 /// The mesh that was baked.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Source {
+pub struct SourceEntry {
     /// Its name.
     pub file: String,
     /// SHA-256 of its bytes, hexadecimal.

@@ -5,7 +5,7 @@ use super::{Names, Settings, Ways};
 use crate::apply;
 use crate::atlas::Atlas;
 use crate::manifest::{
-    self, Carrier, Clients, DominantUv, Layout, Manifest, MapEntry, NormalMapEntry, Report, Source, UvSource,
+    self, Carrier, Clients, DominantUv, Layout, Manifest, MapEntry, NormalMapEntry, Report, SourceEntry, UvSource,
 };
 use crate::materials::{self, MapStatements};
 use crate::model::Model;
@@ -30,7 +30,7 @@ pub(super) fn describe(
     });
     Manifest {
         planish: manifest::VERSION,
-        source: Source {
+        source: SourceEntry {
             file: names.source.clone(),
             sha256: String::new(),
             vertices: model.obj().positions().len(),
