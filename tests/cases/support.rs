@@ -93,19 +93,19 @@ impl Read {
     /// names for it, or else its own texture coordinates. Relative to the manifest's origin.
     fn displaced_corners(&self) -> impl Iterator<Item = (usize, Vec3)> + '_ {
         let origin = self.manifest.displacement.origin;
-        let mut dominant = vec![None; self.carrier.positions().len()];
+        let mut dominant = vec![None; self.carrier.data().positions().len()];
         for [v, vt] in self.manifest.dominant_pairs() {
             dominant[v as usize] = Some(vt);
         }
-        self.carrier.faces().items().iter().map(move |corner| {
+        self.carrier.data().faces().items().iter().map(move |corner| {
             let v = corner.position as usize;
             let vertex = ShaderVertex {
-                position: (self.carrier.positions()[v] - origin).as_vec3(),
-                normal: self.carrier.normals()[corner.normal().unwrap() as usize].as_vec3(),
+                position: (self.carrier.data().positions()[v] - origin).as_vec3(),
+                normal: self.carrier.data().normals()[corner.normal().unwrap() as usize].as_vec3(),
                 place: match self.manifest.displacement.layout {
-                    Layout::Uv => {
-                        dominant[v].or(corner.uv()).map(|vt| Place::Uv(self.carrier.uvs()[vt as usize].as_vec2()))
-                    }
+                    Layout::Uv => dominant[v]
+                        .or(corner.uv())
+                        .map(|vt| Place::Uv(self.carrier.data().uvs()[vt as usize].as_vec2())),
                     Layout::Vertex => Some(Place::Texel(corner.position)),
                 },
                 ..ShaderVertex::default()
@@ -154,6 +154,6 @@ pub(crate) fn keeps_its_promises(model: &Model, settings: &Settings, bundle: &Bu
 pub(crate) fn sampled(read: &Read) -> impl Iterator<Item = f32> + '_ {
     let pairs = read.manifest.dominant_pairs();
     let places = Places::new(read.manifest.displacement.layout, &pairs);
-    let vertices = apply::carrier_vertices(&read.carrier, places, DVec3::ZERO);
+    let vertices = apply::carrier_vertices(read.carrier.data(), places, DVec3::ZERO);
     vertices.into_iter().filter_map(|v| v.place).map(|place| read.map.height_at(place, Weights::Exact))
 }

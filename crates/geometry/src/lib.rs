@@ -59,6 +59,7 @@ pub mod polygon;
 pub mod progress;
 pub mod ragged;
 pub mod shapes;
+pub mod source;
 pub mod sparse;
 pub mod surface;
 pub mod texture;

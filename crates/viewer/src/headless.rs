@@ -110,7 +110,7 @@ fn scene(args: &Args, mut settings: Settings) -> Result<(Scene, Settings), Failu
     }
     if let Some(path) = &args.clean {
         let bad = |reason: &dyn ToString| BadFile { path: path.clone(), reason: reason.to_string() };
-        let clean = Triangles::from(&Obj::parse(open::read(path)?).map_err(|e| bad(&e))?);
+        let clean = Triangles::from(Obj::parse(open::read(path)?).map_err(|e| bad(&e))?.data());
         let errors = errors::errors(&model, &scene, &settings.displace, &clean, args.error.into());
         let errors = errors.map_err(|e| bad(&e))?;
         if args.settings.is_none() {

@@ -102,7 +102,7 @@ pub fn open(files: &Files, settings: &Settings, progress: &dyn Progress) -> Resu
         (None, Some(path), Some(manifest)) => {
             let image = path.with_file_name(&manifest.displacement.file);
             let carrier = || Obj::parse(read(&path.with_file_name(&manifest.carrier.obj)).ok()?).ok();
-            let lines = apply::baked_vertices(model.obj(), &manifest, &carrier).map_err(BadFile::at(&mesh))?;
+            let lines = apply::baked_vertices(model.source(), &manifest, &carrier).map_err(BadFile::at(&mesh))?;
             add_map(&mut scene, &model, &manifest, &lines, &read(&image)?, &image)?;
             if let Some(entry) = &manifest.normal_map {
                 let path = path.with_file_name(&entry.file);
@@ -142,7 +142,7 @@ pub fn dress(scene: &mut Scene, model: &Model, mesh: &Path, bundle: &Bundle) -> 
     let bytes = |name: &str| bundle.files.iter().find(|f| f.name == name).map_or(&[][..], |f| &f.bytes);
     let map = Path::new(&bundle.manifest.displacement.file);
     let carrier = || Obj::parse(bytes(&bundle.manifest.carrier.obj).to_vec()).ok();
-    let lines = apply::baked_vertices(model.obj(), &bundle.manifest, &carrier).map_err(BadFile::at(mesh))?;
+    let lines = apply::baked_vertices(model.source(), &bundle.manifest, &carrier).map_err(BadFile::at(mesh))?;
     add_map(scene, model, &bundle.manifest, &lines, bytes(&bundle.manifest.displacement.file), map)?;
     let entry = bundle.manifest.normal_map.as_ref();
     scene.normal_map = entry.map(|e| normal_map(bytes(&e.file), e, Path::new(&e.file))).transpose()?;

@@ -110,7 +110,7 @@ fn main() -> Result<(), Failure> {
                 let noise = Noise { sigma, direction: noise::Direction::Normal, share: 1.0, seed: 11 };
                 let lifted = noise::displacements(clean.surface(), &noise);
                 let moved: Vec<DVec3> = clean.surface().positions().iter().zip(lifted).map(|(p, d)| *p + d).collect();
-                let written = clean.obj().with_positions(&clean.weld().spread(&moved), None);
+                let written = clean.source().with_positions(&clean.weld().spread(&moved), None)?;
                 Model::new(Obj::parse(written)?, Welding::Exact)
             }
         };
@@ -183,19 +183,20 @@ fn run(name: &str, model: &Model) -> Result<(Vec<DVec3>, f64), Failure> {
 
 fn save(folder: &Option<String>, name: &str, model: &Model, positions: &[DVec3]) -> Result<(), Failure> {
     let Some(folder) = folder else { return Ok(()) };
-    let written = model.obj().with_positions(&model.weld().spread(positions), None);
+    let written = model.source().with_positions(&model.weld().spread(positions), None)?;
     Ok(std::fs::write(Path::new(folder).join(format!("{name}_auto.obj")), written)?)
 }
 
 fn compare(clean: &Model, model: &Model, positions: &[DVec3]) -> Result<Comparison, Failure> {
-    let written = model.obj().with_positions(&model.weld().spread(positions), None);
-    Ok(metrics::compare(&Triangles::from(clean.obj()), &Triangles::from(&Obj::parse(written)?))?)
+    let written = model.source().with_positions(&model.weld().spread(positions), None)?;
+    Ok(metrics::compare(&Triangles::from(clean.data()), &Triangles::from(Obj::parse(written)?.data()))?)
 }
 
 /// Mean angle of these triangles to the plane that fits them, degrees, and root mean square of the distance of their
 /// vertices from it, mean edges.
 fn off_plane(scan: &Model, positions: &[DVec3], faces: &[usize]) -> Result<(f64, f64), Failure> {
-    let written = Obj::parse(scan.obj().with_positions(&scan.weld().spread(positions), None))?;
+    let written = Obj::parse(scan.source().with_positions(&scan.weld().spread(positions), None)?)?;
+    let written = written.data();
     let all: Vec<[u32; 3]> = written.faces().iter().map(|f| [f[0], f[1], f[2]].map(|c| c.position)).collect();
     let at = |v: u32| written.positions()[v as usize];
     let mut vertices: Vec<u32> = faces.iter().flat_map(|&f| all[f]).collect();

@@ -27,7 +27,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let entry = &manifest.displacement;
     let map = Displacement::decode(&beside(&entry.file)?, entry.map, entry.size(), entry.encoding())?;
     let carrier = Obj::parse(beside(&manifest.carrier.obj)?)?;
-    let vertices = apply::carrier_vertices(&carrier, Places::new(entry.layout, &[]), entry.origin);
+    let carrier = carrier.data();
+    let vertices = apply::carrier_vertices(carrier, Places::new(entry.layout, &[]), entry.origin);
     let model = Model::new(Obj::parse(beside(&manifest.source.file)?)?, manifest.welding);
     let expected = model.weld().spread(&expected(&model, &manifest)?);
     let middle = *carrier.positions().get(centre.wrapping_sub(1)).ok_or(USAGE)?;
@@ -59,5 +60,5 @@ fn expected(model: &Model, manifest: &Manifest) -> Result<Vec<DVec3>, Box<dyn Er
     let Method::Denoiser(denoising) = &manifest.method else { return Err("baked with --target".into()) };
     let goal = Goal::Denoiser(denoising.clone());
     let ways = goal.ways(model, manifest.displacement.map, Some(manifest.normals), &Silent)?;
-    Ok(model.surface().positions().iter().zip(ways.deltas).map(|(p, delta)| *p - delta).collect())
+    Ok(model.surface().moved_by(&ways.deltas))
 }

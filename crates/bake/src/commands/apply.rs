@@ -33,17 +33,17 @@ pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
     let entry = &manifest.displacement;
     let map = Displacement::decode(&input::read(&image)?, entry.map, entry.size(), entry.encoding())
         .map_err(|e| Failure::at(&image, e))?;
-    let obj = input::obj(&mesh)?;
+    let source = input::source(&mesh)?;
     console.check()?;
     console.stage("displacing");
-    let vertices = apply::baked_vertices(&obj, &manifest, &|| input::obj(&beside(&manifest.carrier.obj)).ok())
+    let vertices = apply::baked_vertices(&source, &manifest, &|| input::obj(&beside(&manifest.carrier.obj)).ok())
         .map_err(|e| explain(e, &manifest, &mesh, &args.manifest))?;
     let lambda = args.lambda.unwrap_or(entry.lambda);
     let places = apply::displaced(&vertices, &map, lambda as f32, entry.origin);
-    let moved = obj.positions().iter().zip(&places).map(|(p, q)| p.distance(*q));
+    let moved = source.data().positions().iter().zip(&places).map(|(p, q)| p.distance(*q));
     let max_displacement = moved.fold(0.0, f64::max);
     console.stage("writing");
-    let bytes = obj.with_positions(&places, None);
+    let bytes = source.with_positions(&places, None).map_err(|e| Failure::at(&mesh, e))?;
     console.check()?;
     let written = output.write(&bytes)?;
     let report = Applied {

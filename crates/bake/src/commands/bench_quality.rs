@@ -85,9 +85,9 @@ fn measure(pair: &Pair, part: &Part<'_>, report: &mut Report) -> Result<(), Fail
         error,
     };
     let read = || -> Result<_, Failure> {
-        let clean = Triangles::from(&input::obj(&pair.clean)?);
+        let clean = Triangles::from(input::source(&pair.clean)?.data());
         let model = super::model(&pair.noisy, Welding::Exact, part.console)?;
-        let noisy = Triangles::from(model.obj());
+        let noisy = Triangles::from(model.data());
         let before = metrics::compare(&clean, &noisy).map_err(|e| Failure::at(&pair.noisy, e))?;
         Ok((clean, model, noisy, before))
     };

@@ -45,7 +45,7 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
     let output = Output::open(&args.output, &inputs)?;
     let model = super::model(&args.input, args.method.weld, console)?;
     let surface = model.surface();
-    let method = args.method.denoising(model.obj())?;
+    let method = args.method.denoising(model.data())?;
     let moved = method.run(surface, model.weld(), method.output(), console).map_err(|e| match e {
         DenoisingError::Limits(e) => Failure::limits(&e, &args.input),
         DenoisingError::Cancelled(_) => Failure::Interrupted,
@@ -60,7 +60,8 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
     }
     console.stage("writing");
     let normals = args.update_normals.then(|| model.updated_file_normals(&places));
-    let bytes = model.obj().with_positions(&model.weld().spread(&places), normals.as_deref());
+    let bytes = model.source().with_positions(&model.weld().spread(&places), normals.as_deref());
+    let bytes = bytes.map_err(|e| Failure::at(&args.input, e))?;
     console.check()?;
     let written = output.write(&bytes)?;
     let lengths = || deltas.iter().map(|d| d.length());
@@ -68,8 +69,8 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
         output: written.display().to_string(),
         method,
         choice,
-        vertices: model.obj().positions().len(),
-        faces: model.obj().faces().len(),
+        vertices: model.data().positions().len(),
+        faces: model.data().faces().len(),
         mean_edge: surface.mean_edge(),
         mean_displacement: lengths().sum::<f64>() / deltas.len() as f64,
         max_displacement: lengths().fold(0.0, f64::max),
@@ -79,9 +80,9 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
     if let Some(warning) = limits.as_ref().and_then(words::volume_not_restored) {
         console.warn(&warning);
     }
-    if model.obj().normals().is_empty() && args.update_normals {
+    if model.data().normals().is_empty() && args.update_normals {
         console.warn(&format!("{}: --update-normals has nothing to do, there are no `vn` lines", args.input.display()));
-    } else if !model.obj().normals().is_empty() && !args.update_normals {
+    } else if !model.data().normals().is_empty() && !args.update_normals {
         console.warn("the `vn` lines still hold the noisy normals; --update-normals gives them new numbers");
     }
     console.report(&report, || {

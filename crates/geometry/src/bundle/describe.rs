@@ -1,7 +1,7 @@
 //! What manifest and materials say of a bake.
 
 use super::maps::Maps;
-use super::{Names, Settings, Ways};
+use super::{Request, Ways};
 use crate::apply;
 use crate::atlas::Atlas;
 use crate::manifest::{
@@ -12,14 +12,8 @@ use crate::model::Model;
 use crate::ragged::Index;
 
 /// The manifest as far as it is known before the files are.
-pub(super) fn describe(
-    model: &Model,
-    ways: &Ways,
-    names: &Names,
-    atlas: Option<&Atlas>,
-    settings: &Settings,
-    maps: &Maps,
-) -> Manifest {
+pub(super) fn manifest_of(request: &Request, ways: &Ways, atlas: Option<&Atlas>, maps: &Maps) -> Manifest {
+    let Request { model, names, settings, .. } = *request;
     let size = maps.size;
     let is_uv = maps.plan.is_uv();
     let normal_map = maps.normal_map.as_ref().map(|(_, size)| NormalMapEntry {
@@ -33,8 +27,8 @@ pub(super) fn describe(
         source: SourceEntry {
             file: names.source.clone(),
             sha256: String::new(),
-            vertices: model.obj().positions().len(),
-            faces: model.obj().faces().len(),
+            vertices: model.data().positions().len(),
+            faces: model.data().faces().len(),
         },
         method: settings.goal.method(settings.map),
         choice: ways.choice.clone(),
@@ -75,19 +69,19 @@ pub(super) fn statements(manifest: &Manifest, has_own_uvs: bool) -> MapStatement
     MapStatements { displacement, normal: manifest.normal_map.as_ref().map(|map| map.file.as_str()) }
 }
 
-/// Lists the `v` lines of vertices with several wedges, and those for which some corner names another place than the
-/// dominant one: a face that the surface leaves out, a second layer say, is drawn all the same.
+/// Lists the source vertices of vertices with several wedges, and those for which some corner names other texture
+/// coordinates than the dominant ones: a face that the surface leaves out, a second layer say, is drawn all the same.
 fn dominant_uv(model: &Model, atlas: &Atlas) -> DominantUv {
-    let (obj, vertex_of) = (model.obj(), model.weld().vertex_of());
-    let place = |uv: Index| obj.uvs()[uv as usize];
+    let (data, vertex_of) = (model.data(), model.weld().vertex_of());
+    let place = |uv: Index| data.uvs()[uv as usize];
     let mut listed: Vec<bool> = vertex_of.iter().map(|&v| atlas.wedges().get(v).len() > 1).collect();
-    for corner in obj.faces().items() {
-        let line = corner.position as usize;
-        listed[line] |= corner.uv().map(place) != atlas.dominant(vertex_of[line]).map(place);
+    for corner in data.faces().items() {
+        let v = corner.position as usize;
+        listed[v] |= corner.uv().map(place) != atlas.dominant(vertex_of[v]).map(place);
     }
-    let pair = |(line, &v): (Index, &Index)| {
-        let uv = atlas.dominant(v).filter(|_| listed[line as usize])?;
-        Some([line + 1, uv + 1])
+    let pair = |(v, &vertex): (Index, &Index)| {
+        let uv = atlas.dominant(vertex).filter(|_| listed[v as usize])?;
+        Some([v + 1, uv + 1])
     };
     let seam_vertices = (0..).zip(vertex_of).filter_map(pair).collect();
     DominantUv { rule: Atlas::DOMINANT_RULE.to_owned(), seam_vertices }

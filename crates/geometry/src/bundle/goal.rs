@@ -8,8 +8,8 @@ use crate::denoise::{
 use crate::displacement::MapKind;
 use crate::manifest::{Method, Target};
 use crate::model::Model;
-use crate::obj::Obj;
 use crate::progress::Progress;
+use crate::source::MeshData;
 use crate::surface::Surface;
 use glam::{DVec3, Vec3};
 
@@ -66,12 +66,12 @@ pub struct Ways {
 }
 
 impl Goal {
-    /// The places of another mesh with the same `v` lines.
+    /// Positions of another mesh with the same source vertices.
     ///
     /// # Panics
     /// If it has fewer.
-    pub fn to(model: &Model, denoised: &Obj, target: Target) -> Self {
-        let positions = model.weld().first().iter().map(|&line| denoised.positions()[line as usize]).collect();
+    pub fn to(model: &Model, denoised: &MeshData, target: Target) -> Self {
+        let positions = model.weld().first().iter().map(|&v| denoised.positions()[v as usize]).collect();
         Self::Target { positions, target }
     }
 

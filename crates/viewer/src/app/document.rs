@@ -17,6 +17,7 @@ use planish_geometry::metrics::{self, Comparison, Triangles};
 use planish_geometry::model::Model;
 use planish_geometry::obj::Obj;
 use planish_geometry::progress::Progress;
+use planish_geometry::source::MeshData;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -231,7 +232,7 @@ impl Clean {
     /// Reads it.
     pub fn read(path: &Path, progress: &dyn Progress) -> Result<Self, Failure> {
         progress.stage("reading");
-        Ok(Self { path: path.to_owned(), triangles: Triangles::from(&input::obj(path)?) })
+        Ok(Self { path: path.to_owned(), triangles: Triangles::from(input::source(path)?.data()) })
     }
 }
 
@@ -253,19 +254,21 @@ pub fn measure(
     progress: &dyn Progress,
 ) -> Result<Measured, Failure> {
     progress.stage("comparing");
-    let compare =
-        |obj: &Obj| metrics::compare(&clean.triangles, &Triangles::from(obj)).map_err(|e| Failure::at(&clean.path, e));
-    let obj = document.model.obj();
-    let noisy = compare(obj)?;
+    let compare = |mesh: &MeshData| {
+        metrics::compare(&clean.triangles, &Triangles::from(mesh)).map_err(|e| Failure::at(&clean.path, e))
+    };
+    let source = document.model.source();
+    let noisy = compare(source.data())?;
     progress.check()?;
     let displaced = match map.and_then(|map| Some((map, map.displacement()?))) {
         Some((map, displacement)) => {
-            let vertices = apply::baked_vertices(obj, &map.manifest, &|| map.carrier())
+            let vertices = apply::baked_vertices(source, &map.manifest, &|| map.carrier())
                 .map_err(|e| Failure::at(&document.mesh, e))?;
             let places = apply::displaced(&vertices, displacement, lambda, map.manifest.displacement.origin);
             progress.check()?;
-            let moved = Obj::parse(obj.with_positions(&places, None)).map_err(|e| Failure::at(&document.mesh, e))?;
-            Some((lambda, compare(&moved)?))
+            let written = source.with_positions(&places, None).map_err(|e| Failure::at(&document.mesh, e))?;
+            let moved = Obj::parse(written).map_err(|e| Failure::at(&document.mesh, e))?;
+            Some((lambda, compare(moved.data())?))
         }
         None => None,
     };

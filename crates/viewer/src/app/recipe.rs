@@ -113,7 +113,7 @@ impl Recipe {
         let goal = match &self.target {
             Some(path) => job.target(path)?,
             None => {
-                let limits = self.limits.limits(job.model.obj().positions().len())?;
+                let limits = self.limits.limits(job.model.data().positions().len())?;
                 Goal::Denoiser(Denoising { denoiser: self.denoiser.clone(), limits })
             }
         };
