@@ -60,11 +60,11 @@ fn every_mesh_gets_through() {
         let defects = model.defects();
         let topology = model.surface().topology();
         let left_out = defects.degenerate_faces + defects.duplicate_faces;
-        assert_eq!(topology.faces().len() + left_out, model.obj().faces().len(), "{}", path.display());
+        assert_eq!(topology.faces().len() + left_out, model.data().faces().len(), "{}", path.display());
         let denoised = Denoiser::default().denoised(model.surface(), &Silent).unwrap();
         assert!(denoised.iter().all(|p| p.is_finite()), "{}", path.display());
-        let written = model.obj().with_positions(&model.weld().spread(&denoised), None);
+        let written = model.source().with_positions(&model.weld().spread(&denoised), None).unwrap();
         let spread = model.weld().spread(&denoised);
-        assert!(planish_geometry::obj::Obj::parse(written).unwrap().positions() == spread, "{}", path.display());
+        assert!(planish_geometry::obj::Obj::parse(written).unwrap().data().positions() == spread, "{}", path.display());
     }
 }

@@ -50,7 +50,7 @@ fn a_texel_for_each_vertex_is_exact(folder: &Path) {
             let settings = settings(LayoutChoice::Vertex, texel);
             let read = keeps_its_promises(&model, &settings, &bake(&model, &settings));
             let entry = &read.manifest.displacement;
-            let (lines, side) = (model.obj().positions().len(), entry.width);
+            let (lines, side) = (model.data().positions().len(), entry.width);
             assert!(side == entry.height && side.is_power_of_two());
             assert!((side / 2).pow(2) < lines as u32 && lines as u32 <= side.pow(2));
 
@@ -124,7 +124,7 @@ fn sampling_a_texel_and_its_number_are_the_same() {
     let model = model(std::fs::read(path).unwrap(), Welding::Exact);
     let read = Read::new(&bake(&model, &settings(LayoutChoice::Vertex, TexelFormat::Tiff16)));
     let size = read.map.size();
-    for line in 0..model.obj().positions().len() as u32 {
+    for line in 0..model.data().positions().len() as u32 {
         use planish_geometry::displacement::Place;
         use planish_geometry::texture::per_vertex;
         let height = |place| read.map.height_at(place, Weights::Exact).to_bits();

@@ -31,10 +31,10 @@ fn by_tobj(bytes: &[u8]) -> Vec<Vec<Place<Vec3, Vec2>>> {
 }
 
 fn by_planish(obj: &Obj) -> Vec<Vec<Place<DVec3, DVec2>>> {
-    let corner = |c: &planish_geometry::obj::Corner| {
-        (obj.positions()[c.position as usize], c.uv().map(|uv| obj.uvs()[uv as usize]))
+    let corner = |c: &planish_geometry::source::Corner| {
+        (obj.data().positions()[c.position as usize], c.uv().map(|uv| obj.data().uvs()[uv as usize]))
     };
-    obj.faces().iter().map(|face| face.iter().map(corner).collect()).collect()
+    obj.data().faces().iter().map(|face| face.iter().map(corner).collect()).collect()
 }
 
 /// Whether both stand for the same decimal: `single` is the f32 nearest to it, `double` the f64. So they are half an

@@ -22,9 +22,9 @@ fn frozen(mesh: &Path) -> Value {
 
 fn bounds_of(bytes: &[u8]) -> Bounds {
     let obj = Obj::parse(bytes.to_vec()).unwrap();
-    let triangle = |face: &[planish_geometry::obj::Corner]| std::array::from_fn(|k| face[k].position as usize);
-    let triangles: Vec<[usize; 3]> = obj.faces().iter().map(triangle).collect();
-    let positions: Vec<DVec3> = obj.positions().to_vec();
+    let triangle = |face: &[planish_geometry::source::Corner]| std::array::from_fn(|k| face[k].position as usize);
+    let triangles: Vec<[usize; 3]> = obj.data().faces().iter().map(triangle).collect();
+    let positions: Vec<DVec3> = obj.data().positions().to_vec();
     Bounds::new(&positions, &triangles)
 }
 

@@ -2,8 +2,8 @@
 
 use planish_files::output::Folder;
 use planish_geometry::bundle::{Bundle, LayoutChoice};
+use planish_geometry::denoise::NormalField;
 use planish_geometry::displacement::MapKind;
-use planish_geometry::model::NormalSource;
 use planish_geometry::progress::Silent;
 use planish_viewer::app::document::{self, Origin};
 use planish_viewer::app::jobs::Wake;
@@ -90,8 +90,8 @@ fn a_map_displaces_the_same_vertices_when_it_was_baked_as_when_it_is_read() {
     let changes: [fn(&mut Recipe); 5] = [
         |_| (),
         |r| r.settings.layout = LayoutChoice::Vertex,
-        |r| r.settings.normals = Some(NormalSource::Denoised),
-        |r| r.settings.normals = Some(NormalSource::Leaning),
+        |r| r.settings.normals = Some(NormalField::Denoised),
+        |r| r.settings.normals = Some(NormalField::Tilted),
         |r| (r.settings.map, r.settings.layout) = (MapKind::VectorTangent, LayoutChoice::Uv),
     ];
     for (i, change) in changes.into_iter().enumerate() {

@@ -3,10 +3,10 @@
 use glam::{DVec2, DVec3, Vec3};
 use planish_geometry::apply::{self, Places, ShaderVertex};
 use planish_geometry::bundle::{self, Belongings, Bundle, Goal, Names, Settings};
-use planish_geometry::denoise::HeightField;
+use planish_geometry::denoise::{HeightField, NormalField};
 use planish_geometry::displacement::{Displacement, Place, Weights};
 use planish_geometry::manifest::{Layout, Manifest};
-use planish_geometry::model::{Model, NormalSource};
+use planish_geometry::model::Model;
 use planish_geometry::normals;
 use planish_geometry::obj::Obj;
 use planish_geometry::progress::Silent;
@@ -92,19 +92,19 @@ impl Read {
     /// names for it, or else its own texture coordinates. Relative to the manifest's origin.
     fn displaced_corners(&self) -> impl Iterator<Item = (usize, Vec3)> + '_ {
         let origin = self.manifest.displacement.origin;
-        let mut dominant = vec![None; self.carrier.positions().len()];
+        let mut dominant = vec![None; self.carrier.data().positions().len()];
         for [v, vt] in self.manifest.dominant_pairs() {
             dominant[v as usize] = Some(vt);
         }
-        self.carrier.faces().items().iter().map(move |corner| {
+        self.carrier.data().faces().items().iter().map(move |corner| {
             let v = corner.position as usize;
             let vertex = ShaderVertex {
-                position: (self.carrier.positions()[v] - origin).as_vec3(),
-                normal: self.carrier.normals()[corner.normal().unwrap() as usize].as_vec3(),
+                position: (self.carrier.data().positions()[v] - origin).as_vec3(),
+                normal: self.carrier.data().normals()[corner.normal().unwrap() as usize].as_vec3(),
                 place: match self.manifest.displacement.layout {
-                    Layout::Uv => {
-                        dominant[v].or(corner.uv()).map(|vt| Place::Uv(self.carrier.uvs()[vt as usize].as_vec2()))
-                    }
+                    Layout::Uv => dominant[v]
+                        .or(corner.uv())
+                        .map(|vt| Place::Uv(self.carrier.data().uvs()[vt as usize].as_vec2())),
                     Layout::Vertex => Some(Place::Texel(corner.position)),
                 },
                 ..ShaderVertex::default()
@@ -117,14 +117,14 @@ impl Read {
 /// Heights of the vertices from first principles, and the normals they belong to. #V
 pub(crate) fn heights(model: &Model, settings: &Settings) -> (Vec<f64>, Vec<Vec3>) {
     let Goal::Denoiser(denoising) = &settings.goal else { panic!("the tests bake no targets") };
-    let deltas = denoising.run(model.surface(), model.weld(), &Silent).unwrap().deltas;
+    let deltas = denoising.run(model.surface(), model.weld(), denoising.output(), &Silent).unwrap().deltas;
     let source = settings.normals.unwrap_or_default();
-    if source == NormalSource::Leaning {
+    if source == NormalField::Tilted {
         // Normals that lean are fitted together with the heights.
         let HeightField { heights, normals, .. } = HeightField::tilted(model.surface(), &deltas, &Silent).unwrap();
         return (heights, normals);
     }
-    let along = model.displacement_normals(source, &deltas).unwrap();
+    let along = source.normals(model, &deltas).unwrap();
     (normals::heights(&deltas, &along), along)
 }
 
@@ -153,6 +153,6 @@ pub(crate) fn keeps_its_promises(model: &Model, settings: &Settings, bundle: &Bu
 pub(crate) fn sampled(read: &Read) -> impl Iterator<Item = f32> + '_ {
     let pairs = read.manifest.dominant_pairs();
     let places = Places::new(read.manifest.displacement.layout, &pairs);
-    let vertices = apply::carrier_vertices(&read.carrier, places, DVec3::ZERO);
+    let vertices = apply::carrier_vertices(read.carrier.data(), places, DVec3::ZERO);
     vertices.into_iter().filter_map(|v| v.place).map(|place| read.map.height_at(place, Weights::Exact))
 }

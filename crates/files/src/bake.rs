@@ -9,6 +9,7 @@ use planish_geometry::bundle::{self, BakeError, Belongings, Bundle, Fallback, Go
 use planish_geometry::manifest::{self, HeightsLoss, Layout, Target};
 use planish_geometry::materials;
 use planish_geometry::model::Model;
+use planish_geometry::obj::Obj;
 use planish_geometry::progress::Progress;
 use std::path::{Path, PathBuf};
 
@@ -55,14 +56,14 @@ fn stem(input: &Path) -> Result<String, Failure> {
 impl Job<'_> {
     /// The way to the result of any other denoiser.
     pub fn target(&self, path: &Path) -> Result<Goal, Failure> {
-        let obj = input::obj(path)?;
-        let (found, needed) = (obj.positions().len(), self.model.obj().positions().len());
+        let denoised = input::source(path)?;
+        let (found, needed) = (denoised.data().positions().len(), self.model.data().positions().len());
         if found != needed {
             let reason = format!("has {found} `v` lines, but {} has {needed}", self.input.display());
             return Err(Failure::at(path, reason));
         }
-        let target = Target::new(from_folder(path, self.folder), manifest::sha256(obj.bytes()));
-        Ok(Goal::to(self.model, &obj, target))
+        let target = Target::new(from_folder(path, self.folder), manifest::sha256(&denoised.bytes()));
+        Ok(Goal::to(self.model, denoised.data(), target))
     }
 
     /// Bakes into memory. The folder need not be there yet.
@@ -70,7 +71,7 @@ impl Job<'_> {
         let Self { input, model, folder, spared } = *self;
         let names = names(input, folder, stem(input)?);
         let (found, missing): (Vec<_>, Vec<_>) =
-            input::libraries(input, model.obj()).into_iter().partition(|library| library.bytes.is_some());
+            input::libraries(input, model.source()).into_iter().partition(|library| library.bytes.is_some());
         let missing = missing.iter().map(|l| l.path.display());
         let mut warnings: Vec<String> =
             missing.map(|path| format!("{path} cannot be read; the carrier will lack its materials")).collect();
@@ -78,7 +79,7 @@ impl Job<'_> {
             found.into_iter().filter_map(|library| Some((library.path, library.bytes?))).unzip();
         let textures = libraries.iter().flat_map(|bytes| materials::textures(bytes)).map(|name| beside(input, &name));
         let textures: Vec<PathBuf> = textures.collect();
-        if settings.layout == LayoutChoice::Unwrap && !textures.is_empty() && !model.obj().uvs().is_empty() {
+        if settings.layout == LayoutChoice::Unwrap && !textures.is_empty() && !model.data().uvs().is_empty() {
             warnings.push(
                 "the textures of its materials do not fit the carrier, whose texture coordinates are new".to_owned(),
             );
@@ -139,9 +140,10 @@ fn explain(error: BakeError, model: &Model, input: &Path) -> Failure {
             "has no texture coordinates (no face names a `vt`): use --layout vertex, which needs none, --layout unwrap, or unwrap it first (in Blender: Edit Mode, U, Smart UV Project)",
         ),
         BakeError::Atlas(AtlasError::NonFinite { uv }) => {
-            let lines = model.obj().non_finite_uvs();
-            let line = lines.iter().find(|l| l.0 == uv).or(lines.first()).map_or(0, |l| l.1);
-            Failure::at(input, format!("line {line}: a texture coordinate that a face uses is not finite"))
+            let lines = model.source().as_obj().map_or(&[][..], Obj::non_finite_uvs);
+            let line = lines.iter().find(|l| l.0 == uv).or(lines.first());
+            let line = line.map(|l| format!("line {}: ", l.1)).unwrap_or_default();
+            Failure::at(input, format!("{line}a texture coordinate that a face uses is not finite"))
         }
         BakeError::NoTangents => {
             Failure::at(input, "has no texture coordinates, and --space tangent needs some; use --space object")

@@ -6,6 +6,7 @@ use crate::words::count;
 use planish_geometry::atlas::{AtlasError, Charts};
 use planish_geometry::materials;
 use planish_geometry::model::{Defects, Model};
+use planish_geometry::obj::Obj;
 use planish_geometry::progress::Progress;
 use planish_geometry::texture::findings::Findings;
 use planish_geometry::texture::resolution::{self, Spacing};
@@ -107,7 +108,8 @@ pub struct Material {
 
 /// Looks at a mesh that was read from `path`; its materials are looked for there.
 pub fn look(path: &Path, model: &Model, progress: &dyn Progress) -> Result<Info, Failure> {
-    let (obj, surface) = (model.obj(), model.surface());
+    let (data, surface) = (model.data(), model.surface());
+    let obj = model.source().as_obj();
     let topology = surface.topology();
     let defects = model.defects();
     let mut notes = notes(model, &defects);
@@ -132,22 +134,23 @@ pub fn look(path: &Path, model: &Model, progress: &dyn Progress) -> Result<Info,
         }
         Err(AtlasError::NonFinite { .. }) => None,
     };
-    if let Some(&(_, line)) = obj.non_finite_uvs().first() {
-        let n = count(obj.non_finite_uvs().len(), "`vt` line is", "`vt` lines are");
+    let broken = obj.map_or(&[][..], Obj::non_finite_uvs);
+    if let Some(&(_, line)) = broken.first() {
+        let n = count(broken.len(), "`vt` line is", "`vt` lines are");
         notes.push(format!("{n} not finite, the first in line {line}: `bake` cannot use them"));
     }
     let materials = find_materials(path, model, &mut notes);
     let closed = defects.boundary_edges == 0 && defects.non_manifold_edges == 0;
-    let extras = obj.extras();
+    let extras = obj.map(|obj| obj.extras().clone()).unwrap_or_default();
     Ok(Info {
         file: path.display().to_string(),
-        bytes: obj.bytes().len(),
-        vertex_lines: obj.positions().len(),
-        uv_lines: obj.uvs().len(),
-        normal_lines: obj.normals().len(),
-        faces: obj.faces().len(),
+        bytes: model.source().bytes().len(),
+        vertex_lines: data.positions().len(),
+        uv_lines: data.uvs().len(),
+        normal_lines: data.normals().len(),
+        faces: data.faces().len(),
         triangles: surface.triangle_corners().len(),
-        polygons: obj.faces().iter().filter(|f| f.len() > 3).count(),
+        polygons: data.faces().iter().filter(|f| f.len() > 3).count(),
         objects: extras.objects,
         groups: extras.groups,
         smoothing_groups: extras.smoothing_groups,
@@ -205,7 +208,7 @@ fn notes(model: &Model, d: &Defects) -> Vec<String> {
 
 fn find_materials(path: &Path, model: &Model, notes: &mut Vec<String>) -> Vec<Material> {
     let mut known = Vec::new();
-    for library in input::libraries(path, model.obj()) {
+    for library in input::libraries(path, model.source()) {
         let shown = library.path.display().to_string();
         let Some(bytes) = library.bytes else {
             notes.push(format!("the material library {shown} cannot be read"));
@@ -216,7 +219,7 @@ fn find_materials(path: &Path, model: &Model, notes: &mut Vec<String>) -> Vec<Ma
             Err(e) => notes.push(format!("{shown}: {e}")),
         }
     }
-    let used = model.obj().extras().materials.iter().map(|name| String::from_utf8_lossy(name).into_owned());
+    let used = model.data().materials().iter().map(|name| String::from_utf8_lossy(name).into_owned());
     let describe = |name: String| {
         let found = known.iter().find(|(m, _)| m.name == name);
         let texture = found.and_then(|(m, library)| {

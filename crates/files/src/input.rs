@@ -6,6 +6,7 @@ use planish_geometry::manifest::Manifest;
 use planish_geometry::model::Model;
 use planish_geometry::obj::Obj;
 use planish_geometry::progress::Progress;
+use planish_geometry::source::Source;
 use planish_geometry::weld::Welding;
 use std::path::{Path, PathBuf};
 
@@ -20,6 +21,11 @@ pub fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     std::fs::read(path).map_err(|e| Failure::at(path, plain(&e)))
 }
 
+/// A mesh in any format that planish reads.
+pub fn source(path: &Path) -> Result<Source, Failure> {
+    Ok(obj(path)?.into())
+}
+
 /// An OBJ file.
 pub fn obj(path: &Path) -> Result<Obj, Failure> {
     Obj::parse(read(path)?).map_err(|e| Failure::at(path, e))
@@ -28,10 +34,11 @@ pub fn obj(path: &Path) -> Result<Obj, Failure> {
 /// Reads and welds a mesh.
 pub fn model(path: &Path, welding: Welding, progress: &dyn Progress) -> Result<Model, Failure> {
     progress.stage("reading");
-    let obj = obj(path)?;
+    let source = source(path)?;
     progress.check()?;
     if let Welding::Epsilon(epsilon) = welding {
-        let bounds = obj
+        let bounds = source
+            .data()
             .positions()
             .iter()
             .fold([glam::DVec3::INFINITY, glam::DVec3::NEG_INFINITY], |[l, h], p| [l.min(*p), h.max(*p)]);
@@ -45,7 +52,7 @@ pub fn model(path: &Path, welding: Welding, progress: &dyn Progress) -> Result<M
         }
     }
     progress.stage("connecting");
-    let model = Model::new(obj, welding);
+    let model = Model::new(source, welding);
     progress.check()?;
     if model.surface().topology().faces().is_empty() {
         return Err(Failure::at(path, "no face has three different vertices"));
@@ -53,11 +60,11 @@ pub fn model(path: &Path, welding: Welding, progress: &dyn Progress) -> Result<M
     Ok(model)
 }
 
-/// The vertices that a text picks out of a file with so many `v` lines.
-pub fn mask(path: &Path, v_lines: usize) -> Result<Mask, Failure> {
+/// The vertices that a text picks out of a mesh with so many source vertices.
+pub fn mask(path: &Path, source_vertices: usize) -> Result<Mask, Failure> {
     let text = String::from_utf8(read(path)?);
     let text = text.map_err(|_| Failure::at(path, "is not a text of numbers of `v` lines"))?;
-    Mask::parse(&text, v_lines).map_err(|e| Failure::at(path, e))
+    Mask::parse(&text, source_vertices).map_err(|e| Failure::at(path, e))
 }
 
 /// Reads the manifest of a displacement map.
@@ -88,7 +95,7 @@ pub struct Library {
 }
 
 /// The material libraries that a mesh names, looked for beside it.
-pub fn libraries(mesh: &Path, obj: &Obj) -> Vec<Library> {
+pub fn libraries(mesh: &Path, source: &Source) -> Vec<Library> {
     let folder = mesh.parent().unwrap_or(Path::new(""));
     let mut found: Vec<Library> = Vec::new();
     let load = |name: &str| {
@@ -96,7 +103,7 @@ pub fn libraries(mesh: &Path, obj: &Obj) -> Vec<Library> {
         let bytes = std::fs::read(&path).ok();
         Library { path, bytes }
     };
-    for argument in &obj.extras().material_libraries {
+    for argument in source.material_libraries() {
         let argument = String::from_utf8_lossy(argument);
         // One name that may hold blanks, or several names.
         let whole = load(&argument);

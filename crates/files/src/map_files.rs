@@ -5,7 +5,7 @@ use crate::input;
 use planish_geometry::apply::{self, MeshError, ShaderVertex};
 use planish_geometry::displacement::Displacement;
 use planish_geometry::manifest::Manifest;
-use planish_geometry::obj::Obj;
+use planish_geometry::source::Source;
 use std::path::{Path, PathBuf};
 
 /// A manifest that was read, and the paths of the files that it names.
@@ -52,7 +52,7 @@ impl MapFiles {
 
     /// Vertices of a mesh that was read from `path`, as the map displaces them: one for each `v` line (#v). The mesh must be
     /// the one that was baked, or its carrier, byte for byte.
-    pub fn vertices(&self, mesh: &Obj, path: &Path) -> Result<Vec<ShaderVertex>, Failure> {
+    pub fn vertices(&self, mesh: &Source, path: &Path) -> Result<Vec<ShaderVertex>, Failure> {
         let carrier = || input::obj(&self.carrier()).ok();
         apply::baked_vertices(mesh, &self.manifest, &carrier).map_err(|e| self.explain(e, path))
     }

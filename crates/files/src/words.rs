@@ -1,5 +1,6 @@
 //! Numbers as people read them.
 
+use planish_geometry::denoise::NormalField;
 use planish_geometry::denoise::limits::Outcome;
 use planish_geometry::manifest::Report;
 use planish_geometry::model::NormalSource;
@@ -37,14 +38,14 @@ pub fn errors(r: &Report, range: f64) -> String {
 }
 
 /// What a map displaces along, in words.
-pub fn along(normals: NormalSource) -> &'static str {
+pub fn along(normals: NormalField) -> &'static str {
     match normals {
-        NormalSource::File => "those of the file",
-        NormalSource::Uniform => "means over the faces",
-        NormalSource::Area => "area-weighted",
-        NormalSource::Angle => "angle-weighted",
-        NormalSource::Denoised => "angle-weighted, of the denoised surface",
-        NormalSource::Leaning => "angle-weighted, of the denoised surface, leaning where needed",
+        NormalField::Source(NormalSource::File) => "those of the file",
+        NormalField::Source(NormalSource::Uniform) => "means over the faces",
+        NormalField::Source(NormalSource::Area) => "area-weighted",
+        NormalField::Source(NormalSource::Angle) => "angle-weighted",
+        NormalField::Denoised => "angle-weighted, of the denoised surface",
+        NormalField::Tilted => "angle-weighted, of the denoised surface, leaning where needed",
     }
 }
 

@@ -1,11 +1,13 @@
 //! The vertex shader's Rust twin: p' = p − λ · height · n, in single precision.
 
 use crate::atlas::AtlasError;
+use crate::denoise::NormalField;
 use crate::displacement::{Displacement, MapKind, Place, Weights};
 use crate::manifest::{self, Layout, Manifest, UvSource};
-use crate::model::{Model, NoFileNormals, NormalSource};
+use crate::model::{Model, NoFileNormals};
 use crate::obj::Obj;
 use crate::ragged::Index;
+use crate::source::{MeshData, Source};
 use crate::texture::tangents::{self, Tangent};
 use crate::weld::Welding;
 use glam::{DVec3, Vec3};
@@ -65,13 +67,13 @@ impl ShaderVertex {
     }
 }
 
-/// Where the vertices of a file sample.
+/// Where source vertices sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Places<'a> {
-    /// At texture coordinates: those in this list (pairs of `v` and `vt` index from 0, ascending), or else those that
+    /// At texture coordinates: those in this list (pairs of indices of a source vertex and of texture coordinates, ascending), or else those that
     /// the first corner names.
     Uv(&'a [[Index; 2]]),
-    /// The i-th `v` line in the i-th texel.
+    /// The i-th source vertex in the i-th texel.
     PerVertex,
 }
 
@@ -85,8 +87,8 @@ impl<'a> Places<'a> {
     }
 }
 
-/// The vertices of a carrier, one for each `v` line: its normal is the one its corners name.
-pub fn carrier_vertices(carrier: &Obj, places: Places, origin: DVec3) -> Vec<ShaderVertex> {
+/// Vertices of a carrier, one for each source vertex: its normal is the one its corners name.
+pub fn carrier_vertices(carrier: &MeshData, places: Places, origin: DVec3) -> Vec<ShaderVertex> {
     let vertex = |p: &DVec3| ShaderVertex { position: (*p - origin).as_vec3(), ..ShaderVertex::default() };
     let mut vertices: Vec<ShaderVertex> = carrier.positions().iter().map(vertex).collect();
     let place = |vt: Index| Place::Uv(carrier.uvs()[vt as usize].as_vec2());
@@ -114,9 +116,9 @@ pub fn carrier_vertices(carrier: &Obj, places: Places, origin: DVec3) -> Vec<Sha
     vertices
 }
 
-/// The same for the mesh that was baked, whose own `vn` lines are not what it is displaced along: normals (#v) are
-/// given.
-pub fn source_vertices(source: &Obj, normals: &[Vec3], places: Places, origin: DVec3) -> Vec<ShaderVertex> {
+/// Vertices of the mesh that was baked, one for each source vertex. Its own normals are not what it is displaced along,
+/// so normals (#v×3) are given.
+pub fn source_vertices(source: &MeshData, normals: &[Vec3], places: Places, origin: DVec3) -> Vec<ShaderVertex> {
     let mut vertices = carrier_vertices(source, places, origin);
     for (vertex, normal) in vertices.iter_mut().zip(normals) {
         vertex.normal = *normal;
@@ -136,12 +138,12 @@ pub enum MeshError {
     /// The map displaces along normals that only the carrier has, and that is not there as it was written.
     #[error("is displaced along the normals of the carrier, which is not there as it was written")]
     NeedsCarrierNormals,
-    /// The manifest names a line that is not there; indices from 0.
+    /// The manifest names an element that is not there; indices from 0.
     #[error("there is no vertex {vertex} or no `vt` {uv} (counted from 0)")]
     NoSuchPlace {
-        /// `v` line.
+        /// Index of the source vertex.
         vertex: Index,
-        /// `vt` line.
+        /// Index of the texture coordinates.
         uv: Index,
     },
     /// The normals that the map displaces along are not there.
@@ -152,15 +154,16 @@ pub enum MeshError {
     Atlas(#[from] AtlasError),
 }
 
-/// The vertices, one for each `v` line, of the carrier as it is, or of the source with the normals that the bake used.
+/// Vertices, one for each source vertex, of the carrier as it is, or of the mesh that was baked with the normals that the
+/// bake used.
 ///
 /// `carrier` is asked for where only the carrier has the normals that the map displaces along.
 pub fn baked_vertices(
-    mesh: &Obj,
+    mesh: &Source,
     manifest: &Manifest,
     carrier: &dyn Fn() -> Option<Obj>,
 ) -> Result<Vec<ShaderVertex>, MeshError> {
-    let digest = manifest::sha256(mesh.bytes());
+    let digest = manifest::sha256(&mesh.bytes());
     let is_carrier = digest == manifest.carrier.sha256;
     if !is_carrier && digest != manifest.source.sha256 {
         return Err(MeshError::Foreign);
@@ -168,8 +171,9 @@ pub fn baked_vertices(
     if !is_carrier && manifest.displacement.uvs == UvSource::Unwrapped {
         return Err(MeshError::NeedsCarrier);
     }
+    let data = mesh.data();
     let dominant = manifest.dominant_pairs();
-    let named = |&&[v, vt]: &&[Index; 2]| (v as usize) < mesh.positions().len() && (vt as usize) < mesh.uvs().len();
+    let named = |&&[v, vt]: &&[Index; 2]| (v as usize) < data.positions().len() && (vt as usize) < data.uvs().len();
     if let Some(&[vertex, uv]) = dominant.iter().find(|pair| !named(pair)) {
         return Err(MeshError::NoSuchPlace { vertex, uv });
     }
@@ -177,7 +181,7 @@ pub fn baked_vertices(
     let origin = manifest.displacement.origin;
     let needs_frames = manifest.displacement.map == MapKind::VectorTangent;
     if is_carrier && !needs_frames {
-        return Ok(carrier_vertices(mesh, places, origin));
+        return Ok(carrier_vertices(data, places, origin));
     }
     // A carrier has its vertices where welding put them.
     let welding = match manifest.welding {
@@ -185,18 +189,21 @@ pub fn baked_vertices(
         welding => welding,
     };
     let model = Model::new(mesh.clone(), welding);
-    let of_carrier = |carrier: &Obj| -> Vec<Vec3> {
-        let of_lines: Vec<Vec3> = carrier_vertices(carrier, places, origin).iter().map(|v| v.normal).collect();
-        model.weld().first().iter().map(|&line| of_lines[line as usize]).collect()
+    let of_carrier = |carrier: &MeshData| -> Vec<Vec3> {
+        let vertices = carrier_vertices(carrier, places, origin);
+        model.weld().first().iter().map(|&v| vertices[v as usize].normal).collect()
     };
     let normals = if is_carrier {
-        of_carrier(mesh)
-    } else if matches!(manifest.normals, NormalSource::Denoised | NormalSource::Leaning) {
-        // Without it one would have to denoise once more.
-        let carrier = carrier().filter(|carrier| manifest::sha256(carrier.bytes()) == manifest.carrier.sha256);
-        of_carrier(&carrier.ok_or(MeshError::NeedsCarrierNormals)?)
+        of_carrier(data)
     } else {
-        model.displacement_normals(manifest.normals, &[])?
+        match manifest.normals {
+            NormalField::Source(source) => model.displacement_normals(source)?,
+            NormalField::Denoised | NormalField::Tilted => {
+                // Without it one would have to denoise once more.
+                let carrier = carrier().filter(|carrier| manifest::sha256(carrier.bytes()) == manifest.carrier.sha256);
+                of_carrier(carrier.ok_or(MeshError::NeedsCarrierNormals)?.data())
+            }
+        }
     };
     let mut frames = Vec::new();
     if needs_frames {
@@ -222,7 +229,7 @@ pub fn model_vertices(model: &Model, along: &Directions, manifest: &Manifest) ->
     let dominant = manifest.dominant_pairs();
     let places = Places::new(manifest.displacement.layout, &dominant);
     let normals = model.weld().spread(&along.normals);
-    let mut vertices = source_vertices(model.obj(), &normals, places, manifest.displacement.origin);
+    let mut vertices = source_vertices(model.data(), &normals, places, manifest.displacement.origin);
     if !along.frames.is_empty() {
         for (vertex, frame) in vertices.iter_mut().zip(model.weld().spread(&along.frames)) {
             vertex.tangent = frame;
@@ -231,7 +238,7 @@ pub fn model_vertices(model: &Model, along: &Directions, manifest: &Manifest) ->
     vertices
 }
 
-/// Displaced positions in the file's coordinates. #v×3, model units.
+/// Displaced positions in the coordinates of the source. #v×3, model units
 pub fn displaced(vertices: &[ShaderVertex], map: &Displacement, lambda: f32, origin: DVec3) -> Vec<DVec3> {
     vertices.par_iter().map(|v| v.displaced(map, lambda).as_dvec3() + origin).collect()
 }

@@ -17,14 +17,14 @@ pub enum AtlasError {
     /// A face uses a uv vertex that is not finite.
     #[error("texture coordinate {uv} is not finite")]
     NonFinite {
-        /// Index of the `vt` line, from 0.
+        /// Index of the texture coordinates, from 0.
         uv: Index,
     },
 }
 
 /// UV layout of a surface: which uv vertex each corner names, and what follows from that.
 ///
-/// uv vertices are known by their first `vt` line: lines with equal coordinates are one.
+/// uv vertices are known by their first index in the source: equal coordinates are one.
 #[derive(Clone, Debug)]
 pub struct Atlas {
     uvs: Vec<DVec2>,
@@ -49,7 +49,7 @@ pub struct Charts {
 impl Atlas {
     const ABSENT: Index = Index::MAX;
 
-    /// Lays a surface out. `uvs` are the `vt` lines (v up), `corner_uvs` names one for each corner of the topology.
+    /// Lays a surface out. `uvs` are those of the source (v up), `corner_uvs` names one for each corner of the topology.
     pub fn new(
         surface: &Surface,
         uvs: &[DVec2],
@@ -115,13 +115,13 @@ impl Atlas {
     /// The one uv vertex at which all wedges of a vertex sample, so that they all get the same height.
     ///
     /// Rule: first those inside the unit square, then the one whose faces have the largest sum of areas in the
-    /// texture (that is where the map is finest), then the lowest `vt` index. None where no face of the vertex has
+    /// texture (that is where the map is finest), then the lowest index. None where no face of the vertex has
     /// texture coordinates.
     pub fn dominant(&self, vertex: Index) -> Option<Index> {
         let uv = self.dominant[vertex as usize];
         (uv != Self::ABSENT).then_some(uv)
     }
-    /// Texture coordinates of the uv vertices; by `vt` line.
+    /// Texture coordinates of the uv vertices, by their index in the source.
     pub fn uvs(&self) -> &[DVec2] {
         &self.uvs
     }

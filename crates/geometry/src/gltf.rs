@@ -31,7 +31,7 @@ pub struct Carrier<'a> {
     pub model: &'a Model,
     /// Unit normals along which the map displaces; zero where there is none. #V×3
     pub normals: &'a [Vec3],
-    /// Where each `v` line samples the map, v up; none where it does not. #v×2
+    /// Where each source vertex samples the map, v up; none where it does not. #v×2
     pub places: &'a [Option<Vec2>],
     /// Positions at λ = 1, model units. #V×3
     pub denoised: &'a [DVec3],
@@ -87,9 +87,9 @@ pub enum GltfError {
 /// Writes the surface of a carrier as a `.glb` file: one mesh with a primitive for each material that has faces.
 /// `textures` that are PNG or JPEG files are embedded, others left out.
 ///
-/// Vertices are the distinct pairs of `v` and `vt` line of the triangles, by `v` line and then by `vt` line; positions
-/// are the welded ones. Texture coordinates have v down. `TEXCOORD_0` is (0, 0) where a corner names no `vt` line or one
-/// that is not finite, and the same as `TEXCOORD_1` where the mesh has none, because sets must be numbered from 0. Where
+/// Vertices are the distinct pairs of source vertex and texture coordinates at corners of the triangles, in the order of
+/// the source; positions are the welded ones. Texture coordinates have v down. `TEXCOORD_0` is (0, 0) where a corner names
+/// none or some that are not finite, and the same as `TEXCOORD_1` where the mesh has none, because sets must be numbered from 0. Where
 /// there is no normal it is +Z.
 ///
 /// At weight 1 the target gives the denoised positions but for one rounding of single precision: differences are
@@ -103,7 +103,7 @@ pub fn glb(carrier: &Carrier, textures: Textures) -> Result<Vec<u8>, GltfError> 
     assert_eq!(carrier.normals.len(), vertices, "one normal for each vertex");
     assert_eq!(carrier.denoised.len(), vertices, "one denoised position for each vertex");
     assert_eq!(carrier.denoised_normals.len(), vertices, "one denoised normal for each vertex");
-    assert_eq!(carrier.places.len(), model.obj().positions().len(), "one place for each `v` line");
+    assert_eq!(carrier.places.len(), model.data().positions().len(), "one place for each source vertex");
     let wedges = Wedges::new(model);
     let triangles = wedges.triangles(model);
     // Per wedge four vectors and two texture coordinates, per triangle three indices.
@@ -147,7 +147,7 @@ pub fn glb(carrier: &Carrier, textures: Textures) -> Result<Vec<u8>, GltfError> 
 fn attributes(carrier: &Carrier, wedges: &Wedges, buffer: &mut glb::Buffer) -> Result<(Value, Value), GltfError> {
     let model = carrier.model;
     let vertex_of = model.weld().vertex_of();
-    let of_vertex = |line: &Index| vertex_of[*line as usize] as usize;
+    let of_vertex = |source: &Index| vertex_of[*source as usize] as usize;
     let near = |p: DVec3| p - carrier.origin;
     let position = |v: usize| near(model.surface().positions()[v]).as_vec3();
     let towards = |v: usize| (near(carrier.denoised[v]) - position(v).as_dvec3()).as_vec3();
@@ -157,17 +157,17 @@ fn attributes(carrier: &Carrier, wedges: &Wedges, buffer: &mut glb::Buffer) -> R
         denoised => (denoised - normal(v).as_dvec3()).as_vec3(),
     };
     let mut vectors = |of: &(dyn Fn(usize) -> Vec3 + Sync)| {
-        let values: Vec<[f32; 3]> = wedges.lines.par_iter().map(|line| of(of_vertex(line)).to_array()).collect();
+        let values: Vec<[f32; 3]> = wedges.sources.par_iter().map(|source| of(of_vertex(source)).to_array()).collect();
         let finite = values.as_flattened().par_iter().all(|x| x.is_finite());
         if finite { Ok(buffer.attribute(&values)) } else { Err(GltfError::NotFinite) }
     };
     let (position, normal) = (vectors(&position)?, vectors(&normal)?);
     let target = json!({ "POSITION": vectors(&towards)?, "NORMAL": vectors(&turn)? });
 
-    let place = |line: &Index| carrier.places[*line as usize].map_or(Vec2::ZERO, |p| Vec2::new(p.x, 1.0 - p.y));
-    let places = buffer.attribute(&wedges.lines.par_iter().map(|l| finite(place(l))).collect::<Vec<_>>());
+    let place = |source: &Index| carrier.places[*source as usize].map_or(Vec2::ZERO, |p| Vec2::new(p.x, 1.0 - p.y));
+    let places = buffer.attribute(&wedges.sources.par_iter().map(|source| finite(place(source))).collect::<Vec<_>>());
     let uv = |vt: Index| {
-        let uv = model.obj().uvs()[vt as usize];
+        let uv = model.data().uvs()[vt as usize];
         finite(Vec2::new(uv.x as f32, (1.0 - uv.y) as f32))
     };
     let uvs = if wedges.have_uvs() {

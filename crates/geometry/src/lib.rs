@@ -23,7 +23,7 @@
 //!
 //! let one_full_step = Denoiser::Laplacian(Laplacian { iterations: 1, step: 1.0, ..Laplacian::default() });
 //! let deltas = one_full_step.deltas(surface, &Silent)?;
-//! let normals = model.displacement_normals(NormalSource::Angle, &deltas)?;
+//! let normals = model.displacement_normals(NormalSource::Angle)?;
 //! let heights = normals::heights(&deltas, &normals);
 //! assert_eq!(heights, [0.0, 0.0, 0.0, 0.0, 1.0]); // the boundary stays, the tip goes down to the square
 //!
@@ -60,6 +60,7 @@ pub mod polygon;
 pub mod progress;
 pub mod ragged;
 pub mod shapes;
+pub mod source;
 pub mod sparse;
 pub mod surface;
 pub mod texture;

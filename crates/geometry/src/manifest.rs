@@ -4,10 +4,11 @@
 //! fields are passed over when reading, so that later versions may add some.
 
 use crate::denoise::limits::Outcome;
-use crate::denoise::{Denoising, HeightResidual, auto};
+use crate::denoise::{Denoising, HeightResidual, NormalField, auto};
 use crate::displacement::{Encoding, MapKind, TexelFormat};
-use crate::model::NormalSource;
 use crate::ragged::Index;
+#[cfg(doc)]
+use crate::source::Source;
 use crate::texture::findings::Findings;
 use crate::texture::normal_map::Convention;
 use crate::texture::{Interpolation, Size, Texels};
@@ -35,16 +36,16 @@ pub struct Manifest {
     /// Version of the format: 1.
     pub planish: u64,
     /// The mesh that was baked.
-    pub source: Source,
+    pub source: SourceEntry,
     /// How it was denoised.
     pub method: Method,
     /// What the method `auto` measured and chose; none with other methods.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub choice: Option<auto::DenoiseChoice>,
-    /// Which `v` lines count as one vertex.
+    /// Which source vertices count as one vertex.
     pub welding: Welding,
     /// Where the normals that the map displaces along come from.
-    pub normals: NormalSource,
+    pub normals: NormalField,
     /// The map.
     pub displacement: MapEntry,
     /// Where vertices sample that have several texture coordinates; only with [`Layout::Uv`].
@@ -63,14 +64,14 @@ pub struct Manifest {
 
 /// The mesh that was baked.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Source {
+pub struct SourceEntry {
     /// Its name.
     pub file: String,
-    /// SHA-256 of its bytes, hexadecimal.
+    /// SHA-256 of its bytes, hexadecimal; see [`Source::bytes`].
     pub sha256: String,
-    /// `v` lines.
+    /// Number of source vertices: `v` lines of an OBJ.
     pub vertices: usize,
-    /// `f` statements.
+    /// Number of faces.
     pub faces: usize,
 }
 
@@ -117,7 +118,7 @@ pub enum Layout {
     /// At its texture coordinates.
     #[default]
     Uv,
-    /// The i-th `v` line in texel (i mod width, i div width), row 0 on top.
+    /// The i-th source vertex in texel (i mod width, i div width), row 0 on top.
     Vertex,
 }
 
@@ -394,7 +395,8 @@ pub enum ManifestError {
 }
 
 impl Manifest {
-    /// `[v, vt]`, counted from 0: vertices that sample elsewhere than where their first corner says.
+    /// Pairs of source vertex and texture coordinates, counted from 0: source vertices that sample elsewhere than where
+    /// their first corner says.
     pub fn dominant_pairs(&self) -> Vec<[Index; 2]> {
         self.dominant_uv.as_ref().map(DominantUv::pairs).unwrap_or_default()
     }

@@ -1,6 +1,9 @@
 //! Material libraries: what they hold, and how the map joins them.
 
-use crate::obj::Obj;
+use crate::source::mesh::MeshData;
+
+/// Material of carrier faces that had none.
+pub const CARRIER_MATERIAL: &str = "planish";
 
 /// A material as far as planish uses it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -131,9 +134,9 @@ fn defined(libraries: &[Vec<u8>]) -> Vec<&[u8]> {
 /// A carrier's material library: the user's libraries one after the other, each material with `disp -mm` and `norm`,
 /// its former `disp`, `norm` and `bump` statements left out, and the names of texture files passed through
 /// `relocate`, because the carrier may lie in another folder. Last come grey ones for those that no library holds, and
-/// [`Obj::CARRIER_MATERIAL`] where some faces have none of their own.
+/// [`CARRIER_MATERIAL`] where some faces have none of their own.
 pub fn carrier_library(
-    obj: &Obj,
+    mesh: &MeshData,
     libraries: &[Vec<u8>],
     maps: &MapStatements,
     relocate: impl Fn(&str) -> String,
@@ -169,11 +172,10 @@ pub fn carrier_library(
             }
         }
     }
-    let extras = obj.extras();
     let defined = defined(libraries);
     // Materials whose library is missing, and faces that have none, could not be displaced by a client otherwise.
-    let missing = extras.materials.iter().map(Vec::as_slice).filter(|name| !defined.contains(name));
-    let none = (extras.faces_without_material > 0).then_some(Obj::CARRIER_MATERIAL.as_bytes());
+    let missing = mesh.materials().iter().map(Vec::as_slice).filter(|name| !defined.contains(name));
+    let none = mesh.has_faces_without_material().then_some(CARRIER_MATERIAL.as_bytes());
     for name in missing.chain(none) {
         out.extend_from_slice(b"newmtl ");
         out.extend_from_slice(name);
@@ -185,6 +187,7 @@ pub fn carrier_library(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::obj::Obj;
 
     #[test]
     fn greys_and_spectra_do_not_stop_the_reader() {
@@ -210,7 +213,7 @@ mod tests {
             normal: Some("n.png"),
         };
         let obj = Obj::parse(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nusemtl skin\nf 3 2 1\n".to_vec()).unwrap();
-        let out = carrier_library(&obj, &[library], &maps, |name| format!("../{name}"));
+        let out = carrier_library(obj.data(), &[library], &maps, |name| format!("../{name}"));
         let text = String::from_utf8(out).unwrap();
         let first =
             "# scan\nnewmtl skin\ndisp -mm 0.5 -1.0 a.png\nnorm n.png\nKd 1 1 1\nmap_Kd -bm 1 ../old dir/t.png\n";

@@ -276,7 +276,7 @@ mod tests {
         // Two darts, which are cut from the corner that points inwards: the second and the first one.
         let dart = |places: [[f64; 2]; 4]| {
             let lines: String = places.iter().map(|[x, y]| format!("v {x} {y} 0\n")).collect();
-            Triangles::from(&Obj::parse((lines + "f 1 2 3 4\n").into_bytes()).unwrap())
+            Triangles::from(Obj::parse((lines + "f 1 2 3 4\n").into_bytes()).unwrap().data())
         };
         let wide = dart([[-1.0, 0.0], [0.0, 0.5], [1.0, 0.0], [0.0, 1.0]]);
         let high = dart([[0.5, 0.0], [0.0, -1.0], [1.0, 0.0], [0.0, 1.0]]);

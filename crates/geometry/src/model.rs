@@ -1,22 +1,20 @@
-//! A file understood: its welded surface, its normals, its layout, and what is wrong with it.
+//! A mesh understood: its welded surface, its normals, its layout, and what is wrong with it.
 
 use crate::atlas::{Atlas, AtlasError};
-#[cfg(doc)]
-use crate::denoise::HeightField;
 use crate::normals::{self, FaceWeight};
-use crate::obj::Obj;
 use crate::ragged::{Index, Ragged};
+use crate::source::{Corner, MeshData, Source};
 use crate::surface::Surface;
 use crate::topology::{self, EdgeKind, TidyFaces, Topology};
 use crate::weld::{Weld, Welding};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// Where the vertex normals come from.
+/// Where the vertex normals of a mesh come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum NormalSource {
-    /// The `vn` lines, averaged over the corners of a vertex; angle-weighted where it has none.
+    /// Normals of the source, averaged over the corners of a vertex; angle-weighted where it has none.
     File,
     /// [`FaceWeight::Uniform`].
     Uniform,
@@ -25,21 +23,17 @@ pub enum NormalSource {
     /// [`FaceWeight::Angle`].
     #[default]
     Angle,
-    /// The same on the denoised surface, before what heights leave out of it.
-    Denoised,
-    /// Those, leaning to where a vertex goes where heights along them would leave its faces turned: [`HeightField::tilted`].
-    Leaning,
 }
 
-/// The file has no usable `vn` line that a face names.
+/// No face of the source names a usable normal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the file has no normals (no face names a `vn`)")]
 pub struct NoFileNormals;
 
-/// A file and the surface in it.
+/// A mesh as it was given, and the surface in it.
 #[derive(Clone, Debug)]
 pub struct Model {
-    obj: Obj,
+    source: Source,
     weld: Weld,
     surface: Surface,
     tidy: TidyFaces,
@@ -64,32 +58,38 @@ pub struct Defects {
     pub duplicate_faces: usize,
     /// Faces without area, kept.
     pub zero_area_faces: usize,
-    /// Line of the first degenerate face.
+    /// Line of the first degenerate face in its file, where it has lines.
     pub first_degenerate_line: Option<u32>,
-    /// Line of the first duplicate face.
+    /// Line of the first duplicate face in its file, where it has lines.
     pub first_duplicate_line: Option<u32>,
 }
 
 impl Model {
-    /// Welds a file and builds its surface.
-    pub fn new(obj: Obj, welding: Welding) -> Self {
-        let weld = Weld::new(obj.positions(), welding);
-        let vertex = |corner: &crate::obj::Corner| weld.vertex_of()[corner.position as usize];
+    /// Welds a mesh and builds its surface.
+    pub fn new(source: impl Into<Source>, welding: Welding) -> Self {
+        let source = source.into();
+        let data = source.data();
+        let weld = Weld::new(data.positions(), welding);
+        let vertex = |corner: &Corner| weld.vertex_of()[corner.position as usize];
         let mut faces = Ragged::default();
-        for face in obj.faces().iter() {
+        for face in data.faces().iter() {
             faces.push(face.iter().map(vertex));
         }
         let count = weld.first().len();
         let mut tidy = topology::tidy(count, &faces);
         let topology = Topology::new(count, std::mem::take(&mut tidy.faces));
-        let positions = weld.first().iter().map(|&v| obj.positions()[v as usize]).collect();
-        Self { surface: Surface::new(topology, positions), obj, weld, tidy }
+        let positions = weld.first().iter().map(|&v| data.positions()[v as usize]).collect();
+        Self { surface: Surface::new(topology, positions), source, weld, tidy }
     }
-    /// The file.
-    pub fn obj(&self) -> &Obj {
-        &self.obj
+    /// The mesh as it was given.
+    pub fn source(&self) -> &Source {
+        &self.source
     }
-    /// Vertices behind the `v` lines.
+    /// Numbers and indices of the mesh as it was given.
+    pub fn data(&self) -> &MeshData {
+        self.source.data()
+    }
+    /// Vertices that the source vertices became.
     pub fn weld(&self) -> &Weld {
         &self.weld
     }
@@ -97,15 +97,15 @@ impl Model {
     pub fn surface(&self) -> &Surface {
         &self.surface
     }
-    /// Face of the file behind a face of the surface.
+    /// Face of the source behind a face of the surface.
     pub fn source_face(&self, face: Index) -> Index {
         self.tidy.source_faces[face as usize]
     }
-    /// Corner of the file behind a corner of the surface.
-    pub fn source_corner(&self, corner: Index) -> crate::obj::Corner {
-        self.obj.faces().items()[self.tidy.source_corners[corner as usize] as usize]
+    /// Corner of the source behind a corner of the surface.
+    pub fn source_corner(&self, corner: Index) -> Corner {
+        self.data().faces().items()[self.tidy.source_corners[corner as usize] as usize]
     }
-    /// The same corner as its place among all corners of the file.
+    /// Index of [`Self::source_corner`] among all corners of the source.
     #[cfg(feature = "unwrap")]
     pub(crate) fn source_corner_index(&self, corner: Index) -> Index {
         self.tidy.source_corners[corner as usize]
@@ -113,31 +113,27 @@ impl Model {
     /// The UV layout.
     pub fn atlas(&self) -> Result<Atlas, AtlasError> {
         let corners = 0..self.surface.topology().faces().items().len() as Index;
-        Atlas::new(&self.surface, self.obj.uvs(), corners.map(|c| self.source_corner(c).uv()))
+        Atlas::new(&self.surface, self.data().uvs(), corners.map(|c| self.source_corner(c).uv()))
     }
-    /// Normals of the vertices in single precision, as baker, carrier and shader use them. #V×3
-    pub fn displacement_normals(&self, source: NormalSource, deltas: &[DVec3]) -> Result<Vec<Vec3>, NoFileNormals> {
-        Ok(self.vertex_normals(source, deltas)?.into_iter().map(DVec3::as_vec3).collect())
+    /// Unit normal of each vertex in single precision, as baker, carrier and shader use it; zero where there is none.
+    /// #V×3
+    pub fn displacement_normals(&self, source: NormalSource) -> Result<Vec<Vec3>, NoFileNormals> {
+        Ok(self.vertex_normals(source)?.into_iter().map(DVec3::as_vec3).collect())
     }
-    /// Unit normal of each vertex; zero where there is none. δ (#V×3, model units) says where the denoised surface is. Normals
-    /// that lean do so for heights, which are fitted along with them; here they are as before. #V×3
-    pub fn vertex_normals(&self, source: NormalSource, deltas: &[DVec3]) -> Result<Vec<DVec3>, NoFileNormals> {
+    /// Unit normal of each vertex; zero where there is none. #V×3
+    pub fn vertex_normals(&self, source: NormalSource) -> Result<Vec<DVec3>, NoFileNormals> {
         let weight = match source {
             NormalSource::File => return self.file_normals(),
             NormalSource::Uniform => FaceWeight::Uniform,
             NormalSource::Area => FaceWeight::Area,
             NormalSource::Angle => FaceWeight::Angle,
-            NormalSource::Denoised | NormalSource::Leaning => {
-                let places = self.surface.positions().iter().zip(deltas).map(|(p, delta)| *p - *delta).collect();
-                return Ok(normals::vertex_normals(&self.surface.at(places), FaceWeight::Angle));
-            }
         };
         Ok(normals::vertex_normals(&self.surface, weight))
     }
 
     fn file_normals(&self) -> Result<Vec<DVec3>, NoFileNormals> {
         let named = |c: &Index| {
-            let n = self.source_corner(*c).normal().map(|n| self.obj.normals()[n as usize]);
+            let n = self.source_corner(*c).normal().map(|n| self.data().normals()[n as usize]);
             n.unwrap_or(DVec3::ZERO).normalize_or_zero()
         };
         let topology = self.surface.topology();
@@ -156,20 +152,20 @@ impl Model {
         Ok(normals)
     }
 
-    /// New values for the `vn` lines (#vn) that fit another place of the vertices (#V×3): each becomes the
+    /// New values for the normals of the source (#vn) that fit other positions of the vertices (#V×3): each becomes the
     /// angle-weighted mean over the faces whose corners name it, so hard edges and shared normals stay what they are.
-    /// A line that no face names keeps its value.
+    /// A normal that no face names keeps its value.
     pub fn updated_file_normals(&self, positions: &[DVec3]) -> Vec<DVec3> {
         let moved = self.surface.at(positions.to_vec());
         let faces = normals::face_normals(&moved);
-        let mut sums = vec![DVec3::ZERO; self.obj.normals().len()];
+        let mut sums = vec![DVec3::ZERO; self.data().normals().len()];
         for corner in 0..moved.topology().faces().items().len() as Index {
             if let Some(n) = self.source_corner(corner).normal() {
                 let face = faces[moved.topology().face(corner) as usize];
                 sums[n as usize] += face * normals::corner_angle(&moved, corner);
             }
         }
-        let kept = self.obj.normals();
+        let kept = self.data().normals();
         sums.iter().zip(kept).map(|(sum, kept)| sum.try_normalize().unwrap_or(*kept)).collect()
     }
 
@@ -177,7 +173,7 @@ impl Model {
     pub fn defects(&self) -> Defects {
         let topology = self.surface.topology();
         let edges = |kind| (0..topology.edges().len() as Index).filter(|&e| topology.edge_kind(e) == kind).count();
-        let line = |faces: &[Index]| faces.first().map(|&f| self.obj.face_line(f));
+        let line = |faces: &[Index]| faces.first().and_then(|&f| self.data().face_line(f));
         Defects {
             isolated_vertices: (0..topology.vertex_count() as Index).filter(|&v| topology.is_isolated(v)).count(),
             boundary_edges: edges(EdgeKind::Boundary),

@@ -61,12 +61,12 @@ pub struct Charts<'a> {
     session: Session,
 }
 
-/// Texture coordinates for a file.
+/// Texture coordinates for a mesh as it was given.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unwrapped {
-    /// In 0..=1, v up.
+    /// Texture coordinates in 0..=1, v up. #vt×2
     pub uvs: Vec<Vec2>,
-    /// For each corner of the file which one, collapsed and repeated faces included.
+    /// For each corner of the source which one, collapsed and repeated faces included.
     pub corners: Vec<Index>,
 }
 
@@ -145,7 +145,7 @@ impl<'a> Charts<'a> {
             scale = Scale::TexelsPerUnit(guess);
         }
         Ok(best.map(|packing| {
-            let (uvs, corners) = corners::of_file(self.model, &packing, side);
+            let (uvs, corners) = corners::of_source(self.model, &packing, side);
             Unwrapped { uvs, corners }
         }))
     }

@@ -1,4 +1,4 @@
-//! Which `v` lines are one vertex: exporters split a vertex at UV seams, and a smoother must not.
+//! Welding: which source vertices are one vertex. Exporters split a vertex at UV seams, and a smoother must not.
 
 use crate::ragged::Index;
 use crate::union_find::UnionFind;
@@ -19,7 +19,7 @@ pub enum Welding {
     None,
 }
 
-/// Vertices behind the `v` lines of a file.
+/// Vertices that source vertices became.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Weld {
     vertex_of: Vec<Index>,
@@ -27,7 +27,7 @@ pub struct Weld {
 }
 
 impl Weld {
-    /// Welds positions (#v). Vertices are numbered by their first `v` line.
+    /// Welds positions (#v). Vertices are numbered by their first source vertex.
     pub fn new(positions: &[DVec3], welding: Welding) -> Self {
         match welding {
             Welding::None => Self::from_representatives((0..positions.len() as Index).collect()),
@@ -43,7 +43,7 @@ impl Weld {
         }
     }
 
-    /// `representative[i]` ≤ i is the first `v` line of the vertex of line i.
+    /// `representative[i]` ≤ i is the first source vertex of the vertex that source vertex i becomes.
     fn from_representatives(representative: Vec<Index>) -> Self {
         let mut first = Vec::new();
         let mut vertex_of = representative;
@@ -58,15 +58,15 @@ impl Weld {
         Self { vertex_of, first }
     }
 
-    /// Vertex of each `v` line. #v
+    /// Vertex of each source vertex. #v
     pub fn vertex_of(&self) -> &[Index] {
         &self.vertex_of
     }
-    /// First `v` line of each vertex; its position is the vertex's. #V
+    /// First source vertex of each vertex; its position is the vertex's. #V
     pub fn first(&self) -> &[Index] {
         &self.first
     }
-    /// Values of the vertices, spread over the `v` lines. #v
+    /// Values of the vertices (#V), spread over the source vertices. #v
     pub fn spread<T: Copy>(&self, of_vertex: &[T]) -> Vec<T> {
         self.vertex_of.iter().map(|&v| of_vertex[v as usize]).collect()
     }

@@ -18,17 +18,17 @@ use planish_geometry::topology::EdgeKind;
 /// A corner is lit with the normal that the file gives it, and with its vertex's angle-weighted normal
 /// where it gives none.
 pub fn scene(model: &Model, scalars: Option<&[f32]>) -> Result<Scene, SceneError> {
-    let (obj, surface) = (model.obj(), model.surface());
+    let (data, surface) = (model.data(), model.surface());
     let topology = surface.topology();
-    let lines = obj.positions().len();
+    let lines = data.positions().len();
     let of_vertex = |numbers: &[f32]| match numbers.len() {
         found if found == lines => Ok(at_vertices(model, numbers)),
         found => Err(SceneError::ScalarCount { found, expected: lines }),
     };
     let vertex_normals = vertex_normals(surface, FaceWeight::Angle);
-    let file_normals = obj.normals().iter().map(|n| n.normalize_or_zero());
+    let file_normals = data.normals().iter().map(|n| n.normalize_or_zero());
     let first_file_normal = topology.vertex_count() as u32;
-    let usable = |n: &u32| obj.normals()[*n as usize].try_normalize().is_some();
+    let usable = |n: &u32| data.normals()[*n as usize].try_normalize().is_some();
     // Without usable texture coordinates there is nothing to cut, and no direction in the texture.
     let atlas = model.atlas().ok();
     let seams = atlas.as_ref().map_or_else(Vec::new, |atlas| seams(model, atlas));
@@ -44,7 +44,7 @@ pub fn scene(model: &Model, scalars: Option<&[f32]>) -> Result<Scene, SceneError
             Some(n) => first_file_normal + n,
             None => topology.vertex(c),
         };
-        let uvs = corners.map(|c| model.source_corner(c).uv().filter(|uv| obj.uvs()[*uv as usize].is_finite()));
+        let uvs = corners.map(|c| model.source_corner(c).uv().filter(|uv| data.uvs()[*uv as usize].is_finite()));
         let uvs = if let [Some(a), Some(b), Some(c)] = uvs { Some([a, b, c]) } else { None };
         let sides = [0, 1, 2].map(|k| side(corners[k], corners[(k + 1) % 3]));
         Triangle { positions, normals: corners.map(normal), uvs, sides }
@@ -54,7 +54,7 @@ pub fn scene(model: &Model, scalars: Option<&[f32]>) -> Result<Scene, SceneError
         positions: surface.positions().iter().map(|p| (p - origin).as_vec3()).collect(),
         tangents: atlas.map_or_else(Vec::new, |atlas| frames(model, &atlas, &vertex_normals)),
         normals: vertex_normals.into_iter().chain(file_normals).map(|n: DVec3| n.as_vec3()).collect::<Vec<Vec3>>(),
-        uvs: obj.uvs().iter().map(|uv| uv.as_vec2()).collect(),
+        uvs: data.uvs().iter().map(|uv| uv.as_vec2()).collect(),
         triangles: surface.triangle_corners().iter().map(triangle).collect(),
         scalars: scalars.map(of_vertex).transpose()?,
     })

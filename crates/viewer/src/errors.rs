@@ -25,7 +25,7 @@ pub fn errors(
         .map_or(Cow::Borrowed(&scene.mesh().positions), |relief| Cow::Owned(relief.displaced(displace)));
     let origin = input::origin(model);
     let places: Vec<DVec3> = positions.iter().map(|p: &Vec3| p.as_dvec3() + origin).collect();
-    let result = Triangles::from(model.obj()).at(model.weld().spread(&places));
+    let result = Triangles::from(model.data()).at(model.weld().spread(&places));
     let heat = metrics::heat(clean, &result, what)?;
     Ok(model.weld().first().iter().map(|&line| heat[line as usize] as f32).collect())
 }

@@ -68,7 +68,7 @@ fn scene(args: &Args, mut settings: Settings, terminal: &Terminal) -> Result<(Sc
         settings.shading = Shading::Texture;
     }
     if let Some(path) = &args.clean {
-        let clean = Triangles::from(&input::obj(path)?);
+        let clean = Triangles::from(input::source(path)?.data());
         let errors = errors::errors(&model, &scene, &settings.displace, &clean, args.error.into());
         let errors = errors.map_err(|e| Failure::at(path, e))?;
         if args.settings.is_none() {

@@ -120,7 +120,7 @@ fn needs_map(settings: &Settings) -> bool {
 
 /// Reads the files of a map, and attaches it to the scene.
 fn read_map(scene: &mut Scene, model: &Model, mesh: &Path, files: MapFiles) -> Result<OpenedMap, Failure> {
-    let vertices = files.vertices(model.obj(), mesh)?;
+    let vertices = files.vertices(model.source(), mesh)?;
     scene.relief = Some(model_input::relief(model, scene, files.displacement()?, &vertices));
     if let Some(entry) = &files.manifest.normal_map {
         let path = files.beside(&entry.file);

@@ -4,7 +4,7 @@ use super::{cases, finite};
 use crate::support::{bake, heights, keeps_its_promises, model, obj_text, sampled};
 use glam::{DVec2, DVec3};
 use planish_geometry::bundle::{Lambda, LayoutChoice, Settings};
-use planish_geometry::denoise::{Denoiser, Laplacian};
+use planish_geometry::denoise::{Denoiser, Laplacian, NormalField};
 use planish_geometry::displacement::{Encoding, TexelFormat};
 use planish_geometry::model::NormalSource;
 use planish_geometry::texture::{Interpolation, Texels};
@@ -52,11 +52,11 @@ fn settings() -> impl Strategy<Value = Settings> {
     let formats = TexelFormat::ALL.to_vec();
     let layouts = vec![LayoutChoice::Auto, LayoutChoice::Uv, LayoutChoice::Vertex];
     let normals = vec![
-        NormalSource::Uniform,
-        NormalSource::Area,
-        NormalSource::Angle,
-        NormalSource::Denoised,
-        NormalSource::Leaning,
+        NormalField::Source(NormalSource::Uniform),
+        NormalField::Source(NormalSource::Area),
+        NormalField::Source(NormalSource::Angle),
+        NormalField::Denoised,
+        NormalField::Tilted,
     ];
     let texels = vec![Texels::Fitted, Texels::Interpolated];
     (1..70_u32, select(interpolations), select(texels), select(formats), select(layouts), select(normals), 1..4_u32)

@@ -71,7 +71,7 @@ proptest! {
         let dominant_uv = manifest.dominant_uv.as_mut().expect("it has the layout of the texture");
         dominant_uv.rule = name.next().expect("there are six");
         dominant_uv.seam_vertices = pairs;
-        (manifest.method, manifest.welding, manifest.normals) = (method, welding, normals);
+        (manifest.method, manifest.welding, manifest.normals) = (method, welding, normals.into());
         let json = manifest.to_json();
         let read = Manifest::from_json(json.as_bytes());
         prop_assert_eq!(read.as_ref(), Ok(&manifest), "{}", json);

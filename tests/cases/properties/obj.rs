@@ -23,11 +23,11 @@ fn uv_bits(uvs: &[DVec2]) -> Vec<[u64; 2]> {
 
 fn says(obj: &Obj, mesh: &Mesh) -> Result<(), TestCaseError> {
     let named = |i: Option<u32>| i.map(|i| i as usize);
-    let corner = |c: &planish_geometry::obj::Corner| (c.position as usize, named(c.uv()), named(c.normal()));
-    let faces: Vec<Vec<_>> = obj.faces().iter().map(|face| face.iter().map(corner).collect()).collect();
-    prop_assert_eq!(bits(obj.positions()), bits(&mesh.positions));
-    prop_assert_eq!(uv_bits(obj.uvs()), uv_bits(&mesh.uvs));
-    prop_assert_eq!(bits(obj.normals()), bits(&mesh.normals));
+    let corner = |c: &planish_geometry::source::Corner| (c.position as usize, named(c.uv()), named(c.normal()));
+    let faces: Vec<Vec<_>> = obj.data().faces().iter().map(|face| face.iter().map(corner).collect()).collect();
+    prop_assert_eq!(bits(obj.data().positions()), bits(&mesh.positions));
+    prop_assert_eq!(uv_bits(obj.data().uvs()), uv_bits(&mesh.uvs));
+    prop_assert_eq!(bits(obj.data().normals()), bits(&mesh.normals));
     prop_assert_eq!(&faces, &mesh.faces);
     Ok(())
 }
@@ -63,13 +63,13 @@ fn differs_only_in_coordinates(
 /// Everything that is made from a file before a method is chosen. Nothing of it refuses a file that parses.
 fn gets_through(bytes: &[u8]) -> Result<(), TestCaseError> {
     let Ok(obj) = Obj::parse(bytes.to_vec()) else { return Ok(()) };
-    prop_assert_eq!(&obj.with_positions(obj.positions(), Some(obj.normals())), bytes);
-    let carrier = obj.carrier(obj.positions(), &vec![Vec3::Z; obj.positions().len()], None, "a.mtl");
+    prop_assert_eq!(&obj.with_positions(obj.data().positions(), Some(obj.data().normals())), bytes);
+    let carrier = obj.carrier(obj.data().positions(), &vec![Vec3::Z; obj.data().positions().len()], None, "a.mtl");
     let carrier =
         Obj::parse(carrier).map_err(|e| TestCaseError::fail(format!("the carrier does not read back: {e}")))?;
-    prop_assert_eq!(bits(carrier.positions()), bits(obj.positions()));
-    prop_assert_eq!(carrier.uvs().len(), obj.uvs().len());
-    let corners = |obj: &Obj| obj.faces().items().iter().map(|c| (c.position, c.uv())).collect::<Vec<_>>();
+    prop_assert_eq!(bits(carrier.data().positions()), bits(obj.data().positions()));
+    prop_assert_eq!(carrier.data().uvs().len(), obj.data().uvs().len());
+    let corners = |obj: &Obj| obj.data().faces().items().iter().map(|c| (c.position, c.uv())).collect::<Vec<_>>();
     prop_assert_eq!(corners(&carrier), corners(&obj));
     for welding in [Welding::Exact, Welding::Epsilon(0.5), Welding::None] {
         let model = Model::new(obj.clone(), welding);
@@ -78,7 +78,7 @@ fn gets_through(bytes: &[u8]) -> Result<(), TestCaseError> {
             atlas.charts(model.surface());
         }
         for source in [NormalSource::File, NormalSource::Uniform, NormalSource::Area, NormalSource::Angle] {
-            let normals = model.vertex_normals(source, &[]);
+            let normals = model.vertex_normals(source);
             prop_assert!(normals.is_ok() || source == NormalSource::File);
         }
         model.updated_file_normals(model.surface().positions());

@@ -27,7 +27,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let entry = &manifest.displacement;
     let map = Displacement::decode(&beside(&entry.file)?, entry.map, entry.size(), entry.encoding())?;
     let carrier = Obj::parse(beside(&manifest.carrier.obj)?)?;
-    let vertices = apply::carrier_vertices(&carrier, Places::new(entry.layout, &[]), entry.origin);
+    let carrier = carrier.data();
+    let vertices = apply::carrier_vertices(carrier, Places::new(entry.layout, &[]), entry.origin);
     let model = Model::new(Obj::parse(beside(&manifest.source.file)?)?, manifest.welding);
     let expected = model.weld().spread(&expected(&model, &manifest)?);
     let middle = *carrier.positions().get(centre.wrapping_sub(1)).ok_or(USAGE)?;

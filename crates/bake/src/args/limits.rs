@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::input;
 use clap::Args;
 use planish_geometry::denoise::limits::{Limits, Mask, Volume};
-use planish_geometry::obj::Obj;
+use planish_geometry::source::MeshData;
 use std::convert::Infallible;
 use std::path::PathBuf;
 
@@ -47,7 +47,7 @@ impl LimitArgs {
         })
     }
     /// The limits for a mesh.
-    pub(super) fn limits(&self, mesh: &Obj) -> Result<Limits, Failure> {
+    pub(super) fn limits(&self, mesh: &MeshData) -> Result<Limits, Failure> {
         let mut fixed = Mask::default();
         for fix in &self.fix {
             fixed = fixed.and(match fix {

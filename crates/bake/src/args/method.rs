@@ -15,7 +15,7 @@ use planish_geometry::denoise::{
     Boundary, Denoiser, Denoising, EdgeWeights, FoldOvers, Kind, Motion, Neighbours, Prior, Scheme, Solver,
     VertexScheme,
 };
-use planish_geometry::obj::Obj;
+use planish_geometry::source::MeshData;
 use planish_geometry::weld::Welding;
 use serde::Serialize;
 use serde_json::Value;
@@ -227,7 +227,7 @@ pub(super) const METHOD_OPTIONS: [&str; 35] = [
 
 impl MethodArgs {
     /// The method, and its limits for a mesh.
-    pub(crate) fn denoising(&self, mesh: &Obj) -> Result<Denoising, Failure> {
+    pub(crate) fn denoising(&self, mesh: &MeshData) -> Result<Denoising, Failure> {
         Ok(Denoising { denoiser: self.denoiser()?, limits: self.limits.limits(mesh)? })
     }
 

@@ -2,6 +2,7 @@
 
 use clap::ValueEnum;
 use planish_geometry::bundle::LayoutChoice;
+use planish_geometry::denoise::NormalField;
 use planish_geometry::denoise::auto::Candidate;
 use planish_geometry::denoise::{
     Boundary, EdgeWeights, FoldOvers, Kind, Motion, Neighbours, Prior, Scheme, Solver, VertexScheme,
@@ -135,22 +136,22 @@ pub(super) fn candidate(text: &str) -> Result<Candidate, String> {
     Candidate::ALL.into_iter().find(|c| c.name() == text).ok_or_else(|| format!("a candidate is one of {}", names()))
 }
 
-choice!(NormalsArg => Option<NormalSource> {
+choice!(NormalsArg => Option<NormalField> {
     /// With methods that have --motion angle, denoised or leaning, whichever loses least; else angle
     #[default]
     Auto => None,
     /// Those of the file, averaged at each vertex
-    File => Some(NormalSource::File),
+    File => Some(NormalField::Source(NormalSource::File)),
     /// Mean of the faces' normals
-    Uniform => Some(NormalSource::Uniform),
+    Uniform => Some(NormalField::Source(NormalSource::Uniform)),
     /// Weighted by area
-    Area => Some(NormalSource::Area),
+    Area => Some(NormalField::Source(NormalSource::Area)),
     /// Weighted by angle, as Blender's
-    Angle => Some(NormalSource::Angle),
+    Angle => Some(NormalField::Source(NormalSource::Angle)),
     /// The same on the denoised surface
-    Denoised => Some(NormalSource::Denoised),
+    Denoised => Some(NormalField::Denoised),
     /// Those, leaning to where vertices go at those whose faces would stay turned; for heights
-    Leaning => Some(NormalSource::Leaning),
+    Leaning => Some(NormalField::Tilted),
 });
 
 choice!(InterpolationArg => Interpolation {

@@ -29,16 +29,16 @@ pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
     let output = Output::open(&args.output, &[&args.manifest, &mesh, &files.image()])?;
 
     let map = files.displacement()?;
-    let obj = input::obj(&mesh)?;
+    let source = input::source(&mesh)?;
     console.check()?;
     console.stage("displacing");
-    let vertices = files.vertices(&obj, &mesh)?;
+    let vertices = files.vertices(&source, &mesh)?;
     let lambda = args.lambda.unwrap_or(entry.lambda);
     let places = apply::displaced(&vertices, &map, lambda as f32, entry.origin);
-    let moved = obj.positions().iter().zip(&places).map(|(p, q)| p.distance(*q));
+    let moved = source.data().positions().iter().zip(&places).map(|(p, q)| p.distance(*q));
     let max_displacement = moved.fold(0.0, f64::max);
     console.stage("writing");
-    let bytes = obj.with_positions(&places, None);
+    let bytes = source.with_positions(&places, None).map_err(|e| Failure::at(&mesh, e))?;
     console.check()?;
     let written = output.write(&bytes)?;
     let report = Applied {

@@ -46,7 +46,7 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
     let job = Job { input, model: &model, folder: folder.path(), spared: &read };
     let goal = match &args.target {
         Some(path) => job.target(path)?,
-        None => Goal::Denoiser(args.method.denoising(model.obj())?),
+        None => Goal::Denoiser(args.method.denoising(model.data())?),
     };
     let settings = Settings {
         goal,

@@ -88,11 +88,11 @@ fn measure(pair: &Pair, harm: bool, part: &Part<'_>, report: &mut Report) -> Res
     let read = || -> Result<_, Failure> {
         let clean_model = if harm { Some(super::model(&pair.clean, Welding::Exact, part.console)?) } else { None };
         let clean = match &clean_model {
-            Some(model) => Triangles::from(model.obj()),
-            None => Triangles::from(&input::obj(&pair.clean)?),
+            Some(model) => Triangles::from(model.data()),
+            None => Triangles::from(input::source(&pair.clean)?.data()),
         };
         let model = super::model(&pair.noisy, Welding::Exact, part.console)?;
-        let noisy = Triangles::from(model.obj());
+        let noisy = Triangles::from(model.data());
         let before = metrics::compare(&clean, &noisy).map_err(|e| Failure::at(&pair.noisy, e))?;
         Ok((clean, clean_model, model, noisy, before))
     };

@@ -6,11 +6,11 @@ use crate::failure::Failure;
 use crate::input;
 use planish_files::map_files::MapFiles;
 use planish_files::words;
-use planish_geometry::bundle::{self, Goal};
+use planish_geometry::bundle::{self, Goal, WrittenFiles};
 use planish_geometry::manifest::{self, Method, Report};
 use planish_geometry::model::Model;
-use planish_geometry::obj::Obj;
 use planish_geometry::progress::Progress as _;
+use planish_geometry::source::Source;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -42,10 +42,10 @@ pub(crate) fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
         Method::Target(target) => {
             let target_path = files.beside(&target.file);
             let denoised = unchanged(&target_path, &target.sha256, path)?;
-            if denoised.positions().len() != model.obj().positions().len() {
+            if denoised.data().positions().len() != model.data().positions().len() {
                 return Err(Failure::at(&target_path, "has another number of `v` lines than the mesh"));
             }
-            Goal::to(&model, &denoised, target.clone())
+            Goal::to(&model, denoised.data(), target.clone())
         }
         Method::Other(method) => {
             let name = method.get("name").map(ToString::to_string).unwrap_or_default();
@@ -54,7 +54,8 @@ pub(crate) fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
     };
     let image = files.image();
     let bytes = input::read(&image)?;
-    let report = bundle::check(&model, manifest, &goal, &bytes, &carrier, console).map_err(|e| match e {
+    let written = WrittenFiles { displacement: &bytes, carrier: carrier.data() };
+    let report = bundle::check(&model, manifest, &goal, written, console).map_err(|e| match e {
         bundle::BakeError::Cancelled(_) => Failure::Interrupted,
         bundle::BakeError::Decode(e) => Failure::at(&image, e),
         e => Failure::at(&mesh, e),
@@ -77,10 +78,10 @@ pub(crate) fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
 }
 
 /// A mesh that must be what the manifest knows.
-fn unchanged(path: &Path, sha256: &str, named_in: &Path) -> Result<Obj, Failure> {
-    let obj = input::obj(path)?;
-    if manifest::sha256(obj.bytes()) == sha256 {
-        return Ok(obj);
+fn unchanged(path: &Path, sha256: &str, named_in: &Path) -> Result<Source, Failure> {
+    let source = input::source(path)?;
+    if manifest::sha256(&source.bytes()) == sha256 {
+        return Ok(source);
     }
     Err(Failure::at(path, format!("is not the file that {} was made with, byte for byte", named_in.display())))
 }

@@ -48,12 +48,12 @@ pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), Failure> 
     let outputs = maps.iter().map(|place| Output::open(place, &inputs)).collect::<Result<Vec<_>, _>>()?;
 
     console.stage("reading");
-    let clean = Triangles::from(&input::obj(&args.clean)?);
+    let clean = Triangles::from(input::source(&args.clean)?.data());
     let (mut rows, mut hot) = (Vec::new(), Vec::new());
     let what = args.heat.into();
     for path in &args.results {
         console.stage("comparing");
-        let result = Triangles::from(&input::obj(path)?);
+        let result = Triangles::from(input::source(path)?.data());
         let comparison = metrics::compare(&clean, &result).map_err(|e| Failure::at(path, e))?;
         if args.heatmap.is_some() {
             let heat = metrics::heat(&clean, &result, what).map_err(|e| Failure::at(path, e))?;

@@ -6,9 +6,8 @@ use crate::failure::Failure;
 use crate::output::Output;
 use planish_files::words;
 use planish_geometry::denoise::limits::Outcome;
-use planish_geometry::denoise::{Denoising, DenoisingError, Moved, auto};
+use planish_geometry::denoise::{Denoising, DenoisingError, Moved, NormalField, auto};
 use planish_geometry::manifest::HeightsLoss;
-use planish_geometry::model::NormalSource;
 use planish_geometry::progress::Progress as _;
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -36,7 +35,7 @@ struct Denoised {
 /// What heights can hold of the free form.
 #[derive(Serialize)]
 struct Heights {
-    normals: NormalSource,
+    normals: NormalField,
     #[serde(flatten)]
     loss: HeightsLoss,
 }
@@ -46,8 +45,8 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
     let output = Output::open(&args.output, &inputs)?;
     let model = super::model(&args.input, args.method.weld, console)?;
     let surface = model.surface();
-    let method = args.method.denoising(model.obj())?;
-    let moved = method.run(surface, model.weld(), console).map_err(|e| match e {
+    let method = args.method.denoising(model.data())?;
+    let moved = method.run(surface, model.weld(), method.output(), console).map_err(|e| match e {
         DenoisingError::Limits(e) => Failure::limits(&e, &args.input),
         DenoisingError::Cancelled(_) => Failure::Interrupted,
     })?;
@@ -61,7 +60,8 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
     }
     console.stage("writing");
     let normals = args.update_normals.then(|| model.updated_file_normals(&places));
-    let bytes = model.obj().with_positions(&model.weld().spread(&places), normals.as_deref());
+    let bytes = model.source().with_positions(&model.weld().spread(&places), normals.as_deref());
+    let bytes = bytes.map_err(|e| Failure::at(&args.input, e))?;
     console.check()?;
     let written = output.write(&bytes)?;
     let lengths = || deltas.iter().map(|d| d.length());
@@ -69,8 +69,8 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
         output: written.display().to_string(),
         method,
         choice,
-        vertices: model.obj().positions().len(),
-        faces: model.obj().faces().len(),
+        vertices: model.data().positions().len(),
+        faces: model.data().faces().len(),
         mean_edge: surface.mean_edge(),
         mean_displacement: lengths().sum::<f64>() / deltas.len() as f64,
         max_displacement: lengths().fold(0.0, f64::max),
@@ -80,9 +80,9 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
     if let Some(warning) = limits.as_ref().and_then(words::volume_not_restored) {
         console.warn(&warning);
     }
-    if model.obj().normals().is_empty() && args.update_normals {
+    if model.data().normals().is_empty() && args.update_normals {
         console.warn(&format!("{}: --update-normals has nothing to do, there are no `vn` lines", args.input.display()));
-    } else if !model.obj().normals().is_empty() && !args.update_normals {
+    } else if !model.data().normals().is_empty() && !args.update_normals {
         console.warn("the `vn` lines still hold the noisy normals; --update-normals gives them new numbers");
     }
     console.report(&report, || {

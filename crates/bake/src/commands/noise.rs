@@ -29,7 +29,8 @@ pub(crate) fn run(args: &NoiseArgs, console: &Console) -> Result<(), Failure> {
     let displacements = noise::displacements(surface, &noise);
     let places: Vec<_> = surface.positions().iter().zip(&displacements).map(|(p, d)| *p + *d).collect();
     console.stage("writing");
-    let bytes = model.obj().with_positions(&model.weld().spread(&places), None);
+    let bytes = model.source().with_positions(&model.weld().spread(&places), None);
+    let bytes = bytes.map_err(|e| Failure::at(&args.input, e))?;
     console.check()?;
     let written = output.write(&bytes)?;
     let moved_vertices = displacements.iter().filter(|d| d.length_squared() > 0.0).count();

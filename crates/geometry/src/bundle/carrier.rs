@@ -1,11 +1,11 @@
 //! The mesh that carries the map.
 
-use super::maps::Maps;
-use super::{Belongings, Names};
+use super::Request;
+use super::draft::Draft;
 use crate::apply::{self, Places};
 use crate::displacement::Place;
 use crate::gltf::{self, Filter, GltfError};
-use crate::manifest::{self, Layout, Manifest};
+use crate::manifest::{self, Layout};
 use crate::materials;
 use crate::model::Model;
 use crate::normals::{self, FaceWeight};
@@ -22,7 +22,8 @@ pub(super) struct CarrierFile {
 }
 
 impl CarrierFile {
-    /// Normals are those of the vertices (#V×3); texture coordinates (#v) where the file has none of its own.
+    /// Writes and reads the carrier: normals of the vertices (#V×3), and texture coordinates of the source vertices
+    /// (#v×2) where the mesh has none of its own.
     pub(super) fn make(
         model: &Model,
         normals: &[Vec3],
@@ -30,32 +31,27 @@ impl CarrierFile {
         library_file: &str,
     ) -> Result<Self, ObjError> {
         let welded: Vec<DVec3> = model.weld().spread(model.surface().positions());
-        let bytes = model.obj().carrier(&welded, &line_normals(model, normals), uvs, library_file);
+        let bytes = model.source().carrier(&welded, &source_normals(model, normals), uvs, library_file);
         let sha256 = manifest::sha256(&bytes);
         Ok(Self { obj: Obj::parse(bytes)?, sha256 })
     }
 }
 
-/// Where the `v` lines sample a map with a texel for each. #v, v up
+/// Where the source vertices sample a map with a texel for each. #v×2, v up
 pub(super) fn places(model: &Model) -> Vec<Vec2> {
-    let lines = model.obj().positions().len();
-    let size = per_vertex::size(lines);
-    (0..lines as Index).map(|line| per_vertex::uv(line, size)).collect()
+    let count = model.data().positions().len();
+    let size = per_vertex::size(count);
+    (0..count as Index).map(|v| per_vertex::uv(v, size)).collect()
 }
 
-/// The same mesh as binary glTF.
-pub(super) fn glb(
-    model: &Model,
-    normals: &[Vec3],
-    manifest: &Manifest,
-    maps: &Maps,
-    carrier: &Obj,
-    names: &Names,
-    beside: Belongings,
-) -> Result<Vec<u8>, GltfError> {
+/// The carrier as binary glTF, with normals (#V×3) along which the map displaces.
+pub(super) fn glb(request: &Request, normals: &[Vec3], draft: &Draft) -> Result<Vec<u8>, GltfError> {
+    let Request { model, names, beside, .. } = *request;
+    let Draft { manifest, maps, carrier, .. } = draft;
     let entry = &manifest.displacement;
     let dominant = manifest.dominant_pairs();
-    let vertices = apply::carrier_vertices(carrier, Places::new(entry.layout, &dominant), entry.origin);
+    let places = Places::new(entry.layout, &dominant);
+    let vertices = apply::carrier_vertices(carrier.obj.data(), places, entry.origin);
     let uv = |place: Place| match place {
         Place::Uv(uv) => uv,
         Place::Texel(line) => per_vertex::uv(line, entry.size()),
@@ -90,9 +86,9 @@ pub(super) fn glb(
     gltf::glb(&carrier, beside.texture)
 }
 
-/// Normals of the `v` lines. Where there is none the height is zero, and any direction does; a client would make NaN
-/// of a zero vector.
-fn line_normals(model: &Model, normals: &[Vec3]) -> Vec<Vec3> {
+/// Normals of the source vertices. Where there is none the height is zero, and any direction does; a client would make
+/// NaN of a zero vector.
+fn source_normals(model: &Model, normals: &[Vec3]) -> Vec<Vec3> {
     let mut normals = model.weld().spread(normals);
     for n in normals.iter_mut().filter(|n| **n == Vec3::ZERO) {
         *n = Vec3::Z;

@@ -1,13 +1,16 @@
 //! Where the vertices shall go, and along what.
 
 use super::BakeError;
-use crate::denoise::limits::{Bounds, Limits, LimitsError, Outcome};
-use crate::denoise::{Denoiser, Denoising, DenoisingError, HeightField, HeightResidual, Motion, Moved, auto};
+use crate::denoise::limits::{Limits, Outcome};
+use crate::denoise::{
+    Denoiser, Denoising, DenoisingError, HeightField, HeightFit, HeightResidual, Motion, Moved, NormalField, Output,
+    Unbounded, auto,
+};
 use crate::displacement::MapKind;
 use crate::manifest::{Method, Target};
-use crate::model::{Model, NormalSource};
-use crate::obj::Obj;
+use crate::model::Model;
 use crate::progress::Progress;
+use crate::source::MeshData;
 use crate::surface::Surface;
 use glam::{DVec3, Vec3};
 
@@ -53,8 +56,8 @@ pub struct Ways {
     pub deltas: Vec<DVec3>,
     /// Those that it displaces along, or that stand in its tangent frames. #V×3
     pub normals: Vec<Vec3>,
-    /// Whose these are.
-    pub source: NormalSource,
+    /// Where the normals come from.
+    pub source: NormalField,
     /// ⟨δ, n⟩, with a map of heights (#V, model units); what they leave out.
     pub heights: Option<(Vec<f64>, HeightResidual)>,
     /// What limits did; none without any.
@@ -64,18 +67,19 @@ pub struct Ways {
 }
 
 impl Goal {
-    /// The places of another mesh with the same `v` lines.
+    /// Positions of another mesh with the same source vertices.
     ///
     /// # Panics
     /// If it has fewer.
-    pub fn to(model: &Model, denoised: &Obj, target: Target) -> Self {
-        let positions = model.weld().first().iter().map(|&line| denoised.positions()[line as usize]).collect();
+    pub fn to(model: &Model, denoised: &MeshData, target: Target) -> Self {
+        let positions = model.weld().first().iter().map(|&v| denoised.positions()[v as usize]).collect();
         Self::Target { positions, target }
     }
 
-    /// Denoises for a kind of map, along certain normals. Without any, heights of methods with a [`Motion`] go along those
-    /// that lose least, all else along the angle-weighted ones of the input. Heights along normals that lean are fitted
-    /// whatever the method, and tangent frames do not lean.
+    /// Denoises for a kind of map, which displaces along `normals`.
+    ///
+    /// With `None`, heights of methods with a [`Motion`] go along the normals that lose least, all else along the
+    /// angle-weighted normals of the input. [`NormalField::Tilted`] always fits heights; tangent frames are never tilted.
     ///
     /// # Panics
     /// If a target has not one position for each vertex.
@@ -83,53 +87,41 @@ impl Goal {
         &self,
         model: &Model,
         map: MapKind,
-        normals: Option<NormalSource>,
+        normals: Option<NormalField>,
         progress: &dyn Progress,
     ) -> Result<Ways, BakeError> {
-        let surface = model.surface();
-        let chosen = normals.unwrap_or_default();
-        if map != MapKind::Scalar {
-            let Moved { deltas, limits, choice, .. } = match self {
-                Self::Denoiser(denoising) => denoising.run(surface, model.weld(), progress)?,
-                Self::Target { positions, .. } => {
-                    Moved { deltas: ways_to(surface, positions), along: None, limits: None, choice: None }
-                }
-            };
-            let chosen = if chosen == NormalSource::Leaning { NormalSource::Denoised } else { chosen };
-            let normals = model.displacement_normals(chosen, &deltas)?;
-            return Ok(Ways { deltas, normals, source: chosen, heights: None, limits, choice });
-        }
-        // Limits hold for the way that the map can hold.
-        let bounds = self.bounds(model)?;
-        let ((mut deltas, choice), fits) = match self {
-            Self::Denoiser(Denoising { denoiser, .. }) => {
-                (denoiser.freed().run(surface, progress)?, denoiser.motion().is_some())
+        let output = match (map, self) {
+            (MapKind::Scalar, _) => Output::Heights(normals.map(|field| field.directions(model)).transpose()?),
+            (_, Self::Denoiser(denoising)) => denoising.output(),
+            (_, Self::Target { .. }) => Output::Free,
+        };
+        let Moved { deltas, along, limits, choice } = self.moved(model, output, progress)?;
+        Ok(match along.filter(|_| map == MapKind::Scalar) {
+            Some((HeightField { normals, heights, residual }, source)) => {
+                Ways { deltas, normals, source, heights: Some((heights, residual)), limits, choice }
             }
-            Self::Target { positions, .. } => ((ways_to(surface, positions), None), false),
-        };
-        bounds.clamp(&mut deltas);
-        let (along, source) = if fits && normals.is_none() {
-            HeightField::best(surface, &deltas, progress)?
-        } else if chosen == NormalSource::Leaning {
-            (HeightField::tilted(surface, &deltas, progress)?, chosen)
-        } else {
-            let normals = model.displacement_normals(chosen, &deltas)?;
-            let along = match fits {
-                true => HeightField::fitted(surface, &deltas, normals, progress)?,
-                false => HeightField::projected(surface, &deltas, normals),
-            };
-            (along, chosen)
-        };
-        let (along, limits) = along.constrained(&bounds, surface, &deltas, progress)?;
-        let (deltas, HeightField { normals, heights, residual }) = (along.deltas(), along);
-        Ok(Ways { deltas, normals, source, heights: Some((heights, residual)), limits, choice })
+            None => {
+                let source = match normals.unwrap_or_default() {
+                    NormalField::Tilted => NormalField::Denoised,
+                    field => field,
+                };
+                let normals = source.normals(model, &deltas)?;
+                Ways { deltas, normals, source, heights: None, limits, choice }
+            }
+        })
     }
 
-    /// Limits of the vertices.
-    fn bounds(&self, model: &Model) -> Result<Bounds, LimitsError> {
+    /// Displacements in a form, within the limits of the method; a target has none.
+    fn moved(&self, model: &Model, output: Output, progress: &dyn Progress) -> Result<Moved, BakeError> {
+        let surface = model.surface();
         match self {
-            Self::Denoiser(denoising) => denoising.limits.on(model.surface(), model.weld()),
-            Self::Target { .. } => Limits::default().on(model.surface(), model.weld()),
+            Self::Denoiser(denoising) => Ok(denoising.run(surface, model.weld(), output, progress)?),
+            Self::Target { positions, .. } => {
+                let bounds = Limits::default().on(surface, model.weld())?;
+                let deltas = ways_to(surface, positions);
+                let free = Unbounded { deltas, bounds, fit: HeightFit::Positions, choice: None };
+                Ok(free.into_output(surface, output, progress)?)
+            }
         }
     }
 

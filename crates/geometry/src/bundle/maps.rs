@@ -1,11 +1,10 @@
 //! Both maps and what they were made from.
 
 use super::layout::Plan;
-use super::{BakeError, Settings, Ways, apply_offsets};
+use super::{BakeError, Request, Ways};
 use crate::atlas::Atlas;
 use crate::displacement::{self, Displacement, Encoding, MapKind};
 use crate::model::Model;
-use crate::progress::Progress;
 use crate::texture::findings::Findings;
 use crate::texture::normal_map::{self, TangentFrames};
 use crate::texture::resolution::{self, Spacing};
@@ -70,22 +69,18 @@ pub(super) struct Maps {
 }
 
 impl Maps {
-    pub(super) fn bake(
-        model: &Model,
-        atlas: Option<&Atlas>,
-        ways: &Ways,
-        settings: &Settings,
-        progress: &dyn Progress,
-    ) -> Result<Self, BakeError> {
-        let (surface, normals) = (model.surface(), &ways.normals);
-        let mut corner_frames = None;
-        let mut frames = Vec::new();
-        if settings.map == MapKind::VectorTangent {
-            progress.stage("tangent frames");
-            let of_corners = tangents::tangents(surface, atlas.ok_or(BakeError::NoTangents)?, normals);
-            frames = tangents::at_vertices(surface, atlas.ok_or(BakeError::NoTangents)?, normals, &of_corners);
-            corner_frames = Some(of_corners);
-        }
+    /// Makes both maps. `atlas` is the layout of the mesh, where it has one.
+    pub(super) fn bake(request: &Request, atlas: Option<&Atlas>, ways: &Ways) -> Result<Self, BakeError> {
+        let Request { model, settings, progress, .. } = *request;
+        let frames = match settings.map {
+            MapKind::VectorTangent => {
+                progress.stage("tangent frames");
+                Some(Frames::new(model, atlas.ok_or(BakeError::NoTangents)?, &ways.normals))
+            }
+            MapKind::Scalar | MapKind::VectorObject => None,
+        };
+        let (of_corners, frames) = frames.map(|f| (f.of_corners, f.of_vertices)).unzip();
+        let frames = frames.unwrap_or_default();
         let offsets = Offsets::new(model, settings.map, ways, &frames);
         if offsets.channels.iter().flatten().any(|h| !(*h as f32).is_finite()) {
             return Err(BakeError::NotFinite);
@@ -93,47 +88,25 @@ impl Maps {
         progress.stage("spacing");
         let spacing = atlas.map(Spacing::new);
         let layout = atlas.zip(spacing.as_ref());
-        let plan = Plan::make(surface, layout, &offsets.channels, settings, progress)?;
-        let (channels, coverage, findings) = match (&plan, layout) {
-            (Plan::Uv { side, .. }, Some((atlas, spacing))) => {
-                let mut coverage = Coverage::new(surface, atlas, Size::square(*side), progress)?;
-                let channels = at_uvs(model, atlas, &offsets.channels, &coverage, settings, progress)?;
-                let findings = Findings::of(surface, atlas, spacing, &coverage);
-                // Heights have room where vertices are one texel apart; shading wants two.
-                let spaced = spacing.choose(&resolution::sides(settings.largest_side.0)).side;
-                if settings.side.is_none() && spaced > *side {
-                    coverage = Coverage::new(surface, atlas, Size::square(spaced), progress)?;
-                }
-                (channels, Some(coverage), findings)
-            }
-            _ => {
-                progress.stage("one texel a vertex");
-                let vertex_of = model.weld().vertex_of();
-                let channels: Vec<HeightMap> =
-                    offsets.channels.iter().map(|channel| per_vertex::bake(channel, vertex_of)).collect();
-                let size = per_vertex::size(vertex_of.len());
-                let coverage = share(model, size);
-                let room = layout.map(|(atlas, _)| room_for_normals(model, atlas, settings, progress)).transpose()?;
-                (channels, room.flatten(), Findings { coverage, ..Findings::default() })
-            }
+        let plan = Plan::make(model.surface(), layout, &offsets.channels, settings, progress)?;
+        let Filled { channels, findings, for_normals } = match (&plan, layout) {
+            (Plan::Uv { side, .. }, Some(layout)) => at_uvs(request, layout, &offsets.channels, *side)?,
+            _ => at_texels(request, atlas, &offsets.channels)?,
         };
         progress.stage("encoding");
         let [low, high] = range(&channels);
         let encoding = Encoding::covering(low.into(), high.into(), settings.texel);
         let displacement = Displacement::encode(&channels, settings.map, encoding).to_bytes()?;
-        let normal_map = match (atlas, coverage) {
+        let normal_map = match (atlas, for_normals) {
             (Some(atlas), Some(coverage)) => {
                 progress.stage("tangent frames");
-                let of_corners = corner_frames.unwrap_or_else(|| tangents::tangents(surface, atlas, normals));
+                let normals = &ways.normals;
+                let frames = of_corners.unwrap_or_else(|| tangents::tangents(model.surface(), atlas, normals));
                 progress.check()?;
-                let shaded = apply_offsets(model, &offsets.places, settings.lambda.0);
-                let layout = TextureLayout { surface, atlas, coverage: &coverage };
-                let frames = TangentFrames { normals, tangents: &of_corners };
-                let map = normal_map::bake(layout, frames, shaded, settings.convention, progress)?;
-                progress.stage("encoding");
-                let colour = image::ExtendedColorType::Rgb8;
-                let size = coverage.size();
-                Some((displacement::png(map.texels.as_flattened(), size, colour)?, size))
+                let denoised = apply_offsets(model, &offsets.places, settings.lambda.0);
+                let layout = TextureLayout { surface: model.surface(), atlas, coverage: &coverage };
+                let frames = TangentFrames { normals, tangents: &frames };
+                Some(bake_normal_map(request, layout, frames, denoised)?)
             }
             _ => None,
         };
@@ -142,32 +115,89 @@ impl Maps {
     }
 }
 
-/// Share of the texels that belong to a vertex where each has one.
-pub(super) fn share(model: &Model, size: Size) -> f64 {
-    model.obj().positions().len() as f64 / size.texels() as f64
+/// MikkTSpace frames, of corners and of vertices.
+pub(super) struct Frames {
+    /// Frames at the corners of each triangle. #T×3
+    of_corners: Vec<[Tangent; 3]>,
+    /// Frame of each vertex, at its dominant texture coordinates. #V
+    pub(super) of_vertices: Vec<Tangent>,
 }
 
-/// Each channel on the texels of the layout.
+impl Frames {
+    /// Frames with normals (#V×3) of the vertices.
+    pub(super) fn new(model: &Model, atlas: &Atlas, normals: &[Vec3]) -> Self {
+        let of_corners = tangents::tangents(model.surface(), atlas, normals);
+        let of_vertices = tangents::at_vertices(model.surface(), atlas, normals, &of_corners);
+        Self { of_corners, of_vertices }
+    }
+}
+
+/// Texels of a displacement map.
+struct Filled {
+    channels: Vec<HeightMap>,
+    findings: Findings,
+    /// Texels that a normal map can have; none where it would have to hold several normals in one.
+    for_normals: Option<Coverage>,
+}
+
+/// Channels (#V each, model units) on the texels of the layout.
 fn at_uvs(
-    model: &Model,
-    atlas: &Atlas,
+    request: &Request,
+    (atlas, spacing): (&Atlas, &Spacing),
     channels: &[Vec<f64>],
-    coverage: &Coverage,
-    settings: &Settings,
-    progress: &dyn Progress,
-) -> Result<Vec<HeightMap>, BakeError> {
+    side: u32,
+) -> Result<Filled, BakeError> {
+    let Request { model, settings, progress, .. } = *request;
+    let surface = model.surface();
+    let mut coverage = Coverage::new(surface, atlas, Size::square(side), progress)?;
     let quantum = displacement::quantum(settings.texel);
     let exactness = Exactness { quantum, tolerance: settings.tolerance.0 };
-    let layout = TextureLayout { surface: model.surface(), atlas, coverage };
-    let mut out = Vec::new();
+    let mut filled = Vec::new();
     for channel in channels {
+        let layout = TextureLayout { surface, atlas, coverage: &coverage };
         let mut map = texture::bake(layout, channel, settings.interpolation, progress)?;
         if settings.texels == Texels::Fitted {
             texture::fit(&mut map, atlas, channel, exactness, progress)?;
         }
-        out.push(map);
+        filled.push(map);
     }
-    Ok(out)
+    let findings = Findings::of(surface, atlas, spacing, &coverage);
+    // Heights have room where vertices are one texel apart; shading wants two.
+    let spaced = spacing.choose(&resolution::sides(settings.largest_side.0)).side;
+    if settings.side.is_none() && spaced > side {
+        coverage = Coverage::new(surface, atlas, Size::square(spaced), progress)?;
+    }
+    Ok(Filled { channels: filled, findings, for_normals: Some(coverage) })
+}
+
+/// Channels (#V each, model units) with a texel for each source vertex.
+fn at_texels(request: &Request, atlas: Option<&Atlas>, channels: &[Vec<f64>]) -> Result<Filled, BakeError> {
+    let Request { model, progress, .. } = *request;
+    progress.stage("one texel a vertex");
+    let vertex_of = model.weld().vertex_of();
+    let channels = channels.iter().map(|channel| per_vertex::bake(channel, vertex_of)).collect();
+    let coverage = share(model, per_vertex::size(vertex_of.len()));
+    let for_normals = atlas.map(|atlas| room_for_normals(request, atlas)).transpose()?.flatten();
+    Ok(Filled { channels, findings: Findings { coverage, ..Findings::default() }, for_normals })
+}
+
+/// Share of the texels that belong to a source vertex where each has one.
+pub(super) fn share(model: &Model, size: Size) -> f64 {
+    model.data().positions().len() as f64 / size.texels() as f64
+}
+
+/// Image file of the normal map in a layout, and its size; `denoised` are the positions of the denoised surface. #V×3
+fn bake_normal_map(
+    request: &Request,
+    layout: TextureLayout,
+    frames: TangentFrames,
+    denoised: Vec<DVec3>,
+) -> Result<(Vec<u8>, Size), BakeError> {
+    let Request { settings, progress, .. } = *request;
+    let map = normal_map::bake(layout, frames, denoised, settings.convention, progress)?;
+    progress.stage("encoding");
+    let size = layout.coverage.size();
+    Ok((displacement::png(map.texels.as_flattened(), size, image::ExtendedColorType::Rgb8)?, size))
 }
 
 fn range(channels: &[HeightMap]) -> [f32; 2] {
@@ -175,17 +205,13 @@ fn range(channels: &[HeightMap]) -> [f32; 2] {
     ranges.fold([f32::INFINITY, f32::NEG_INFINITY], |[l, h], [low, high]| [l.min(low), h.max(high)])
 }
 
-/// Share of the texels that may belong to two faces in a layout that gets a normal map although the heights lie elsewhere.
+/// Largest share of overlapping texels at which a normal map is still baked into a layout that does not hold the heights.
 const OVERLAP: f64 = 0.01;
 
 /// The texels of a normal map in a layout that does not hold the heights; none where charts overlap or leave the
 /// map, for then one texel would have to hold several normals.
-fn room_for_normals(
-    model: &Model,
-    atlas: &Atlas,
-    settings: &Settings,
-    progress: &dyn Progress,
-) -> Result<Option<Coverage>, BakeError> {
+fn room_for_normals(request: &Request, atlas: &Atlas) -> Result<Option<Coverage>, BakeError> {
+    let Request { model, settings, progress, .. } = *request;
     if crate::texture::findings::out_of_range(atlas) > 0 {
         return Ok(None);
     }
@@ -198,4 +224,9 @@ fn room_for_normals(
     let coverage = Coverage::new(model.surface(), atlas, size, progress)?;
     let allowed = OVERLAP * coverage.share() * size.texels() as f64;
     Ok((coverage.overlaps() as f64 <= allowed).then_some(coverage))
+}
+
+/// p − λ · δ for each vertex, given where they go at λ = 1 (#V×3). #V×3, model units.
+fn apply_offsets(model: &Model, places: &[DVec3], lambda: f64) -> Vec<DVec3> {
+    model.surface().positions().iter().zip(places).map(|(p, q)| *p - lambda * (*p - *q)).collect()
 }

@@ -7,8 +7,8 @@ use crate::displacement::{DecodeError, Displacement, Encoding, Place, TexelForma
 use crate::manifest::{BitsError, Filtered, HeightsLoss, Layout, Manifest, MapErrors, OwnUvs, Report};
 use crate::metrics::percentile;
 use crate::model::Model;
-use crate::obj::Obj;
 use crate::ragged::Index;
+use crate::source::MeshData;
 use crate::texture::findings::Findings;
 use crate::texture::tangents::Tangent;
 use crate::texture::{HeightMap, per_vertex};
@@ -18,7 +18,7 @@ use rayon::prelude::*;
 /// What is measured.
 pub(super) struct Evidence<'a> {
     pub(super) model: &'a Model,
-    /// Those that the map was made for.
+    /// Displacements that the map encodes.
     pub(super) ways: &'a Ways,
     /// Frames of the vertices; empty unless the map needs them. #V
     pub(super) frames: &'a [Tangent],
@@ -30,59 +30,37 @@ pub(super) struct Evidence<'a> {
     /// The image file.
     pub(super) displacement: &'a [u8],
     /// As read back.
-    pub(super) carrier: &'a Obj,
+    pub(super) carrier: &'a MeshData,
 }
 
 /// Decodes the map and compares what a shader makes of it and the carrier with where the vertices should be.
 pub(super) fn measure(evidence: &Evidence, manifest: &Manifest) -> Result<Report, DecodeError> {
-    let Evidence { model, carrier, offsets, .. } = *evidence;
     let entry = &manifest.displacement;
     let map = Displacement::decode(evidence.displacement, entry.map, entry.size(), entry.encoding())?;
-    let dominant = manifest.dominant_pairs();
-    let mut vertices = apply::carrier_vertices(carrier, Places::new(entry.layout, &dominant), entry.origin);
-    if !evidence.frames.is_empty() {
-        for (vertex, frame) in vertices.iter_mut().zip(model.weld().spread(evidence.frames)) {
-            vertex.tangent = frame;
-        }
-    }
-    let mesh = Mesh::new(model, carrier, vertices, &offsets.places, entry.origin);
+    let mesh = Mesh::new(evidence, manifest);
     let exact = mesh.errors(&map, Weights::Exact);
     let filtered = match entry.layout {
         Layout::Uv => mesh.errors(&map, Weights::EightBits),
         // By the second way to that texel: the sampler at its centre.
         Layout::Vertex => mesh.at_texel_centres(&map).errors(&map, Weights::EightBits),
     };
-
-    let quantum = entry.encoding().quantum();
-    let range = f64::from(entry.encoding().scale);
-    let ulp = f64::from(exact.largest.next_up() - exact.largest);
+    let map_errors = mesh.map_errors(&map, &evidence.offsets.channels);
+    let Encoding { scale, .. } = entry.encoding();
+    let (quantum, range) = (entry.encoding().quantum(), f64::from(scale));
+    let relative = |unit: f64| move |error: f64| (unit > 0.0).then(|| error / unit);
+    let (in_quanta, of_range) = (relative(quantum), relative(range));
+    let tolerance_quanta = manifest.report.tolerance_quanta;
     // What blending four texels in single precision may cost.
     let rounding = 4.0 * f64::from(f32::EPSILON) * range;
-    let tolerance_quanta = manifest.report.tolerance_quanta;
     let resolved = |error: &f64| *error <= tolerance_quanta * quantum + rounding;
-    let map_errors = mesh.map_errors(&map, &offsets.channels);
-    let in_quanta = |error: f64| (quantum > 0.0).then(|| error / quantum);
-    let of_range = |error: f64| (range > 0.0).then(|| error / range);
-    let Errors { max, p99, mean, seam_gap, .. } = exact;
-    let own_uvs = (entry.layout == Layout::Uv).then(|| mesh.own_uvs(carrier, &map));
-    let by_bits = || {
-        [TexelFormat::Png8, TexelFormat::Png16, TexelFormat::Exr32].map(|texel| {
-            let other = Encoding { texel, ..entry.encoding() };
-            let max_error = if other == entry.encoding() {
-                max
-            } else {
-                mesh.errors(&Displacement::encode(evidence.channels, entry.map, other), Weights::Exact).max
-            };
-            BitsError { bits: texel.bits(), max_error }
-        })
-    };
-    let without_normal = mesh.used.iter().filter(|(v, _)| evidence.ways.normals[*v as usize] == Vec3::ZERO).count();
-    let loss = evidence.ways.heights.as_ref().map(|heights| heights.1);
+    let Errors { max, p99, mean, seam_gap, largest } = exact;
+    let ways = evidence.ways;
+    let loss = ways.heights.as_ref().map(|heights| heights.1);
     let mut report = Report {
         max_error: max,
         p99_error: p99,
         mean_error: mean,
-        error_bound: max + ulp,
+        error_bound: max + f64::from(largest.next_up() - largest),
         quantum,
         max_error_quanta: in_quanta(max),
         p99_error_quanta: in_quanta(p99),
@@ -92,25 +70,45 @@ pub(super) fn measure(evidence: &Evidence, manifest: &Manifest) -> Result<Report
         mean_error_range: of_range(mean),
         seam_gap,
         tolerance_quanta,
-        map_errors: MapErrors {
-            max: map_errors.last().copied().unwrap_or(0.0),
-            p99: percentile(&map_errors, 0.99),
-            max_quanta: in_quanta(map_errors.last().copied().unwrap_or(0.0)),
-            p99_quanta: in_quanta(percentile(&map_errors, 0.99)),
-        },
         unresolved_vertices: map_errors.len() - map_errors.partition_point(resolved),
+        map_errors: summary(&map_errors, in_quanta),
         eight_bit_weights: Filtered { max_error: filtered.max, p99_error: filtered.p99, seam_gap: filtered.seam_gap },
-        by_bits: if evidence.channels.is_empty() { manifest.report.by_bits.clone() } else { by_bits().to_vec() },
-        own_uvs,
+        by_bits: by_bits(evidence, manifest, &mesh, max),
+        own_uvs: (entry.layout == Layout::Uv).then(|| mesh.own_uvs(evidence.carrier, &map)),
         layout: evidence.findings.clone(),
         left_out_rms: loss.map_or(0.0, |loss| loss.rms),
         heights: loss.map(HeightsLoss::from),
-        limits: evidence.ways.limits,
-        vertices_without_normal: without_normal,
+        limits: ways.limits,
+        vertices_without_normal: mesh.used.iter().filter(|(v, _)| ways.normals[*v as usize] == Vec3::ZERO).count(),
         suggestion: None,
     };
     report.suggestion = suggestion(manifest, &report);
     Ok(report)
+}
+
+/// Largest error and 99th percentile of ascending errors, model units.
+fn summary(errors: &[f64], in_quanta: impl Fn(f64) -> Option<f64>) -> MapErrors {
+    let (max, p99) = (errors.last().copied().unwrap_or(0.0), percentile(errors, 0.99));
+    MapErrors { max, p99, max_quanta: in_quanta(max), p99_quanta: in_quanta(p99) }
+}
+
+/// Errors that maps with other numbers of bits would have, where the unencoded map is there; else what the manifest says
+/// of them. `max` is the error of the map as it is, model units.
+fn by_bits(evidence: &Evidence, manifest: &Manifest, mesh: &Mesh, max: f64) -> Vec<BitsError> {
+    if evidence.channels.is_empty() {
+        return manifest.report.by_bits.clone();
+    }
+    let entry = &manifest.displacement;
+    let error = |texel: TexelFormat| {
+        let other = Encoding { texel, ..entry.encoding() };
+        let max_error = if other == entry.encoding() {
+            max
+        } else {
+            mesh.errors(&Displacement::encode(evidence.channels, entry.map, other), Weights::Exact).max
+        };
+        BitsError { bits: texel.bits(), max_error }
+    };
+    [TexelFormat::Png8, TexelFormat::Png16, TexelFormat::Exr32].map(error).to_vec()
 }
 
 /// What would make the map better, in words.
@@ -138,9 +136,9 @@ struct Mesh<'a> {
     model: &'a Model,
     /// #v
     vertices: Vec<ShaderVertex>,
-    /// Whether some face names the `v` line; of the others a shader hears nothing. #v
+    /// Whether some face names the source vertex; of the others a shader hears nothing. #v
     drawn: Vec<bool>,
-    /// Vertices of the surface that are drawn, and the first `v` line of each.
+    /// Vertices of the surface that are drawn, and the first source vertex of each.
     used: Vec<(Index, usize)>,
     /// #V×3, model units
     expected: &'a [DVec3],
@@ -158,26 +156,35 @@ struct Errors {
 }
 
 impl<'a> Mesh<'a> {
-    fn new(model: &'a Model, carrier: &Obj, vertices: Vec<ShaderVertex>, expected: &'a [DVec3], origin: DVec3) -> Self {
+    fn new(evidence: &Evidence<'a>, manifest: &Manifest) -> Self {
+        let Evidence { model, carrier, offsets, frames, .. } = *evidence;
+        let entry = &manifest.displacement;
+        let dominant = manifest.dominant_pairs();
+        let mut vertices = apply::carrier_vertices(carrier, Places::new(entry.layout, &dominant), entry.origin);
+        if !frames.is_empty() {
+            for (vertex, frame) in vertices.iter_mut().zip(model.weld().spread(frames)) {
+                vertex.tangent = frame;
+            }
+        }
         let mut drawn = vec![false; vertices.len()];
         for corner in carrier.faces().items() {
             drawn[corner.position as usize] = true;
         }
         let topology = model.surface().topology();
         let mut first = vec![None; topology.vertex_count()];
-        for (line, &v) in model.weld().vertex_of().iter().enumerate().filter(|(line, _)| drawn[*line]) {
-            first[v as usize].get_or_insert(line);
+        for (source, &v) in model.weld().vertex_of().iter().enumerate().filter(|(source, _)| drawn[*source]) {
+            first[v as usize].get_or_insert(source);
         }
         let used = (0..topology.vertex_count() as Index).filter(|&v| !topology.is_isolated(v));
         let used = used.filter_map(|v| Some((v, first[v as usize]?))).collect();
-        Self { model, vertices, drawn, used, expected, origin }
+        Self { model, vertices, drawn, used, expected: &offsets.places, origin: entry.origin }
     }
 
     /// The same, sampled at the centres of the texels.
     fn at_texel_centres(&self, map: &Displacement) -> Self {
         let at_centre = |vertex: &ShaderVertex| match vertex.place {
-            Some(Place::Texel(line)) => {
-                ShaderVertex { place: Some(Place::Uv(per_vertex::uv(line, map.size()))), ..*vertex }
+            Some(Place::Texel(texel)) => {
+                ShaderVertex { place: Some(Place::Uv(per_vertex::uv(texel, map.size()))), ..*vertex }
             }
             _ => *vertex,
         };
@@ -188,18 +195,18 @@ impl<'a> Mesh<'a> {
     fn errors(&self, map: &Displacement, weights: Weights) -> Errors {
         let displaced: Vec<Vec3> = self.vertices.par_iter().map(|v| v.displaced_with(map, 1.0, weights)).collect();
         let mut first = vec![usize::MAX; self.expected.len()];
-        for &(v, line) in &self.used {
-            first[v as usize] = line;
+        for &(v, source) in &self.used {
+            first[v as usize] = source;
         }
         let mut seam_gap = 0.0f32;
-        for (line, &v) in self.model.weld().vertex_of().iter().enumerate() {
-            // Wedges of one line differ in nothing that the shader uses.
-            if self.drawn[line] && first[v as usize] < displaced.len() {
-                seam_gap = seam_gap.max(displaced[line].distance(displaced[first[v as usize]]));
+        for (source, &v) in self.model.weld().vertex_of().iter().enumerate() {
+            // Wedges of one source vertex differ in nothing that the shader uses.
+            if self.drawn[source] && first[v as usize] < displaced.len() {
+                seam_gap = seam_gap.max(displaced[source].distance(displaced[first[v as usize]]));
             }
         }
-        let error = |&(v, line): &(Index, usize)| {
-            (displaced[line].as_dvec3() + self.origin).distance(self.expected[v as usize])
+        let error = |&(v, source): &(Index, usize)| {
+            (displaced[source].as_dvec3() + self.origin).distance(self.expected[v as usize])
         };
         let mut sorted: Vec<f64> = self.used.iter().map(error).collect();
         let mean = sorted.iter().sum::<f64>() / sorted.len().max(1) as f64;
@@ -215,10 +222,10 @@ impl<'a> Mesh<'a> {
 
     /// How far the numbers in the map are from those that it was made of (#V for each channel), ascending, model units.
     fn map_errors(&self, map: &Displacement, channels: &[Vec<f64>]) -> Vec<f64> {
-        let error = |&(v, line): &(Index, usize)| {
+        let error = |&(v, source): &(Index, usize)| {
             let off = (0..channels.len()).map(|k| {
                 // A vertex that samples nowhere stays.
-                let sampled = self.vertices[line].place.map_or(0.0, |place| map.channel_at(k, place, Weights::Exact));
+                let sampled = self.vertices[source].place.map_or(0.0, |place| map.channel_at(k, place, Weights::Exact));
                 (f64::from(sampled) - channels[k][v as usize]).abs()
             });
             off.fold(0.0, f64::max)
@@ -229,7 +236,7 @@ impl<'a> Mesh<'a> {
     }
 
     /// Lets each wedge sample at its own texture coordinate.
-    fn own_uvs(&self, carrier: &Obj, map: &Displacement) -> OwnUvs {
+    fn own_uvs(&self, carrier: &MeshData, map: &Displacement) -> OwnUvs {
         let vertex_of = self.model.weld().vertex_of();
         let mut wedges: Vec<(Index, Index, Index)> = carrier
             .faces()
@@ -241,9 +248,9 @@ impl<'a> Mesh<'a> {
         wedges.dedup_by_key(|wedge| (wedge.0, wedge.1));
         let mut found = OwnUvs::default();
         for same in wedges.chunk_by(|a, b| a.0 == b.0) {
-            let landed = same.iter().map(|&(_, uv, line)| {
+            let landed = same.iter().map(|&(_, uv, source)| {
                 let place = Some(Place::Uv(carrier.uvs()[uv as usize].as_vec2()));
-                (place, ShaderVertex { place, ..self.vertices[line as usize] }.displaced(map, 1.0))
+                (place, ShaderVertex { place, ..self.vertices[source as usize] }.displaced(map, 1.0))
             });
             let landed: Vec<_> = landed.collect();
             let (place, first) = landed[0];

@@ -1,6 +1,7 @@
-//! A method within limits.
+//! A method within limits, and the form of its result: displacements in any direction, or heights along normals.
 
-use super::limits::{Limits, LimitsError, Outcome};
+use super::limits::{Bounds, Limits, LimitsError, Outcome};
+use super::normal_field::{self, HeightDirections, NormalField};
 use super::{Denoiser, HeightField, Motion, auto};
 use crate::model::NormalSource;
 use crate::normals::{self, FaceWeight};
@@ -39,13 +40,24 @@ pub enum DenoisingError {
     Cancelled(#[from] Cancelled),
 }
 
-/// Where vertices go.
+/// Form of the result of a denoising.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Output {
+    /// Vertices may go in any direction.
+    #[default]
+    Free,
+    /// Vertices go along one normal each, as a map of heights takes them. With `None` the normals are chosen: methods
+    /// with a [`Motion`] get those that lose least ([`HeightField::best`]), all others the angle-weighted ones of the input.
+    Heights(Option<HeightDirections>),
+}
+
+/// Result of a denoising.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moved {
-    /// δᵢ = pᵢ − p*ᵢ. #V×3, model units
+    /// Displacements δᵢ = pᵢ − p*ᵢ. #V×3, model units
     pub deltas: Vec<DVec3>,
-    /// The same as heights and whose normals they go along, with [`Motion::AlongNormal`].
-    pub along: Option<(HeightField, NormalSource)>,
+    /// Height field that represents the displacements and the normals it goes along; only with [`Output::Heights`].
+    pub along: Option<(HeightField, NormalField)>,
     /// What limits did; none without any.
     pub limits: Option<Outcome>,
     /// What the method chose; none by methods that choose nothing.
@@ -53,18 +65,94 @@ pub struct Moved {
 }
 
 impl Denoising {
-    /// Denoises within the limits; `weld` says which vertices the `v` lines of these are.
-    pub fn run(&self, surface: &Surface, weld: &Weld, progress: &dyn Progress) -> Result<Moved, DenoisingError> {
-        let bounds = self.limits.on(surface, weld)?;
-        let (mut deltas, choice) = self.denoiser.freed().run(surface, progress)?;
-        if self.denoiser.motion() == Some(Motion::AlongNormal) {
-            bounds.clamp(&mut deltas);
-            let (best, source) = HeightField::best(surface, &deltas, progress)?;
-            let (along, limits) = best.constrained(&bounds, surface, &deltas, progress)?;
-            return Ok(Moved { deltas: along.deltas(), along: Some((along, source)), limits, choice });
+    /// Output that the motion of the method asks for.
+    pub fn output(&self) -> Output {
+        match self.denoiser.motion() {
+            Some(Motion::AlongNormal) => Output::Heights(None),
+            Some(Motion::Free) | None => Output::Free,
         }
-        let along = normals::vertex_normals(surface, FaceWeight::Angle);
-        let limits = bounds.apply(surface, &along, &mut deltas, progress)?;
-        Ok(Moved { deltas, along: None, limits, choice })
     }
+
+    /// Denoises within the limits; `weld` says which source vertices each vertex of these is. Limits hold for the
+    /// displacements in the form that is asked for, whatever the motion of the method.
+    pub fn run(
+        &self,
+        surface: &Surface,
+        weld: &Weld,
+        output: Output,
+        progress: &dyn Progress,
+    ) -> Result<Moved, DenoisingError> {
+        let bounds = self.limits.on(surface, weld)?;
+        let (deltas, choice) = self.denoiser.freed().run(surface, progress)?;
+        let fit = if self.denoiser.motion().is_some() { HeightFit::FaceNormals } else { HeightFit::Positions };
+        Ok(Unbounded { deltas, bounds, fit, choice }.into_output(surface, output, progress)?)
+    }
+}
+
+/// What heights come near to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum HeightFit {
+    /// Positions of the denoised surface: displacements are projected.
+    Positions,
+    /// Face normals of the denoised surface, which is what filters of normals are about.
+    FaceNormals,
+}
+
+/// Displacements before their limits and their form.
+#[derive(Clone, Debug)]
+pub(crate) struct Unbounded {
+    /// Displacements δᵢ = pᵢ − p*ᵢ. #V×3, model units
+    pub(crate) deltas: Vec<DVec3>,
+    /// Limits of the vertices.
+    pub(crate) bounds: Bounds,
+    /// What heights come near to.
+    pub(crate) fit: HeightFit,
+    /// What the method chose; none by methods that choose nothing.
+    pub(crate) choice: Option<auto::DenoiseChoice>,
+}
+
+impl Unbounded {
+    /// Puts displacements into a form and keeps them within their limits there.
+    pub(crate) fn into_output(
+        self,
+        surface: &Surface,
+        output: Output,
+        progress: &dyn Progress,
+    ) -> Result<Moved, Cancelled> {
+        let Self { mut deltas, bounds, fit, choice } = self;
+        let Output::Heights(directions) = output else {
+            let normals = normals::vertex_normals(surface, FaceWeight::Angle);
+            let limits = bounds.apply(surface, &normals, &mut deltas, progress)?;
+            return Ok(Moved { deltas, along: None, limits, choice });
+        };
+        bounds.clamp(&mut deltas);
+        let (along, field) = heights(surface, &deltas, directions, fit, progress)?;
+        let (along, limits) = along.constrained(&bounds, surface, &deltas, progress)?;
+        Ok(Moved { deltas: along.deltas(), along: Some((along, field)), limits, choice })
+    }
+}
+
+/// Heights of δ (#V×3, model units) along directions, and the name of these. Heights along tilted normals are always
+/// fitted to face normals, because the tilt comes from that fit.
+fn heights(
+    surface: &Surface,
+    deltas: &[DVec3],
+    directions: Option<HeightDirections>,
+    fit: HeightFit,
+    progress: &dyn Progress,
+) -> Result<(HeightField, NormalField), Cancelled> {
+    let (normals, field) = match (directions, fit) {
+        (None, HeightFit::FaceNormals) => return HeightField::best(surface, deltas, progress),
+        (Some(HeightDirections::Tilted), _) => {
+            return Ok((HeightField::tilted(surface, deltas, progress)?, NormalField::Tilted));
+        }
+        (None, HeightFit::Positions) => (normal_field::in_single_precision(surface), NormalSource::Angle.into()),
+        (Some(HeightDirections::Given(normals, source)), _) => (normals, source.into()),
+        (Some(HeightDirections::Denoised), _) => (normal_field::of_denoised(surface, deltas), NormalField::Denoised),
+    };
+    let along = match fit {
+        HeightFit::FaceNormals => HeightField::fitted(surface, deltas, normals, progress)?,
+        HeightFit::Positions => HeightField::projected(surface, deltas, normals),
+    };
+    Ok((along, field))
 }

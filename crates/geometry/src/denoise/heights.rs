@@ -11,6 +11,7 @@
 
 mod tilted_normals;
 
+use super::NormalField;
 use super::face_geometry::FaceGeometry;
 use super::limits::{Bounds, Outcome};
 use super::triangle_mesh::TriangleMesh;
@@ -42,7 +43,7 @@ pub struct HeightResidual {
     pub angle: f64,
     /// Root mean square over the vertices of |δ − h·n|, model units.
     pub rms: f64,
-    /// Fraction of the vertices whose normal is tilted, 0..=1; see [`NormalSource::Leaning`].
+    /// Fraction of the vertices whose normal is tilted, 0..=1; see [`NormalField::Tilted`].
     pub tilted: f64,
 }
 
@@ -73,7 +74,7 @@ impl HeightField {
     }
 
     /// Fits heights along the normals of the denoised surface, which are tilted at vertices whose faces would remain turned
-    /// otherwise: [`NormalSource::Leaning`].
+    /// otherwise: [`NormalField::Tilted`].
     pub fn tilted(surface: &Surface, deltas: &[DVec3], progress: &dyn Progress) -> Result<Self, Cancelled> {
         let target = TargetSurface::new(surface, deltas);
         target.tilted(target.fitted(target.denoised_vertex_normals(), progress)?, progress)
@@ -116,12 +117,12 @@ impl HeightField {
         surface: &Surface,
         deltas: &[DVec3],
         progress: &dyn Progress,
-    ) -> Result<(Self, NormalSource), Cancelled> {
+    ) -> Result<(Self, NormalField), Cancelled> {
         let target = TargetSurface::new(surface, deltas);
-        let mut best = (target.fitted(single_precision_normals(surface), progress)?, NormalSource::Angle);
+        let mut best = (target.fitted(single_precision_normals(surface), progress)?, NormalSource::Angle.into());
         let denoised = target.fitted(target.denoised_vertex_normals(), progress)?;
         let tilted = target.tilted(denoised.clone(), progress)?;
-        for (field, source) in [(denoised, NormalSource::Denoised), (tilted, NormalSource::Leaning)] {
+        for (field, source) in [(denoised, NormalField::Denoised), (tilted, NormalField::Tilted)] {
             if field.residual.angle < best.0.residual.angle {
                 best = (field, source);
             }
@@ -228,7 +229,7 @@ mod tests {
     fn noise_along_the_normals_of_the_clean_surface_is_represented_along_these() {
         let (surface, deltas) = noisy(Direction::Normal);
         let (best, source) = HeightField::best(&surface, &deltas, &Silent).unwrap();
-        assert_eq!(source, NormalSource::Denoised);
+        assert_eq!(source, NormalField::Denoised);
         // Noise went along these very normals, which single precision rounds.
         assert!(best.residual.rotation > 15.0 && best.residual.angle < 1e-3, "{:?}", best.residual);
         assert!(best.residual.rms < 1e-7);

@@ -244,7 +244,8 @@ mod tests {
         let weld = Weld::new(sphere.positions(), Welding::None);
         let after = |volume| {
             let denoising = Denoising { denoiser: denoiser.clone(), limits: Limits { volume, ..Limits::default() } };
-            let Moved { deltas, limits: outcome, .. } = denoising.run(&sphere, &weld, &Silent).unwrap();
+            let Moved { deltas, limits: outcome, .. } =
+                denoising.run(&sphere, &weld, denoising.output(), &Silent).unwrap();
             (sphere.at(sphere.moved_by(&deltas)), outcome)
         };
         let [(shrunk, _), (restored, outcome)] = [Volume::Free, Volume::Preserve].map(after);
@@ -266,12 +267,13 @@ mod tests {
         let weld = Weld::new(sphere.positions(), Welding::None);
         let limits = Limits { fixed: "1-42".parse().unwrap(), volume: Volume::Preserve, ..Limits::default() };
         let denoising = Denoising { limits, ..Denoising::default() };
-        let Moved { deltas, limits: outcome, .. } = denoising.run(&sphere, &weld, &Silent).unwrap();
+        let Moved { deltas, limits: outcome, .. } = denoising.run(&sphere, &weld, denoising.output(), &Silent).unwrap();
         assert_eq!(deltas, [DVec3::ZERO; 42]);
         let change = VolumeChange { by_method: 0.0, left: 0.0, restored: true };
         assert_eq!(outcome, Some(Outcome { fixed_vertices: 42, stopped_vertices: 0, volume: Some(change) }));
         let limits = Limits { fixed: "43".parse().unwrap(), ..Limits::default() };
-        let error = Denoising { limits, ..Denoising::default() }.run(&sphere, &weld, &Silent).unwrap_err();
+        let denoising = Denoising { limits, ..Denoising::default() };
+        let error = denoising.run(&sphere, &weld, denoising.output(), &Silent).unwrap_err();
         assert!(matches!(error, DenoisingError::Limits(LimitsError::NoSuchLine { line: 43, v_lines: 42 })));
     }
 

@@ -100,7 +100,7 @@ fn limits() -> Limits {
 fn limited(denoiser: &Denoiser, limits: &Limits, surface: &Surface) -> (Vec<DVec3>, Option<Outcome>) {
     let weld = Weld::new(surface.positions(), Welding::None);
     let denoising = Denoising { denoiser: denoiser.clone(), limits: limits.clone() };
-    let Moved { deltas, limits, .. } = denoising.run(surface, &weld, &Silent).unwrap();
+    let Moved { deltas, limits, .. } = denoising.run(surface, &weld, denoising.output(), &Silent).unwrap();
     (deltas, limits)
 }
 
@@ -193,10 +193,10 @@ fn along_the_normal_means_along_it_within_limits_too() {
     for denoiser in tested {
         for limits in [Limits::default(), limits()] {
             let denoising = Denoising { denoiser: denoiser.clone(), limits };
-            let moved = denoising.run(&surface, &weld, &Silent).unwrap();
+            let moved = denoising.run(&surface, &weld, denoising.output(), &Silent).unwrap();
             let (along, source) = moved.along.unwrap();
             let of = match source {
-                NormalSource::Angle => surface.clone(),
+                NormalField::Source(NormalSource::Angle) => surface.clone(),
                 _ => surface.at(denoiser.freed().denoised(&surface, &Silent).unwrap()),
             };
             let normals = normals::vertex_normals(&of, FaceWeight::Angle);

@@ -2,11 +2,11 @@
 
 use super::glb::{self, Buffer};
 use super::{Carrier, Filter, Textures};
-use crate::obj::Obj;
+use crate::materials::CARRIER_MATERIAL;
 use crate::ragged::Index;
 use serde_json::{Map as Object, Value, json};
 
-/// Where a material says nothing about its colour; that of [`Obj::CARRIER_MATERIAL`] in material libraries, too.
+/// Where a material says nothing about its colour; that of [`CARRIER_MATERIAL`] in material libraries, too.
 const GREY: [f32; 3] = [0.8; 3];
 const ROUGHNESS: f64 = 0.8;
 
@@ -101,8 +101,8 @@ impl<'a> Materials<'a> {
 
     /// Adds the material that faces name, or the one of those that name none, and gives its index.
     pub(super) fn add(&mut self, buffer: &mut Buffer, material: Option<Index>) -> usize {
-        let names = &self.carrier.model.obj().extras().materials;
-        let name = material.map_or(Obj::CARRIER_MATERIAL.into(), |m| String::from_utf8_lossy(&names[m as usize]));
+        let names = &self.carrier.model.data().materials();
+        let name = material.map_or(CARRIER_MATERIAL.into(), |m| String::from_utf8_lossy(&names[m as usize]));
         // Libraries are searched in their order, so the first of several materials of a name is meant.
         let found = material.and_then(|_| self.carrier.materials.iter().find(|m| m.name == name));
         let texture = found.and_then(|m| m.diffuse_texture.as_ref()).and_then(|file| self.colours(buffer, file));

@@ -1,6 +1,7 @@
 //! What is written is read back here with as little as it takes.
 
 use super::*;
+use crate::materials::CARRIER_MATERIAL;
 use crate::model::NormalSource;
 use crate::normals::{self, FaceWeight};
 use crate::obj::Obj;
@@ -95,7 +96,7 @@ impl Owned {
     fn new(obj: &str) -> Self {
         let model = Model::new(Obj::parse(obj.into()).unwrap(), Welding::Exact);
         let surface = model.surface();
-        let normals = model.vertex_normals(NormalSource::Angle, &[]).unwrap().iter().map(|n| n.as_vec3()).collect();
+        let normals = model.vertex_normals(NormalSource::Angle).unwrap().iter().map(|n| n.as_vec3()).collect();
         let [low, high] = surface.bounds();
         let centre = if low.is_finite() { (low + high) / 2.0 } else { DVec3::ZERO };
         let aside = |i: u32| DVec3::new(0.1, 0.01 * f64::from(i), 0.0);
@@ -103,7 +104,7 @@ impl Owned {
         let denoised: Vec<DVec3> = moved.collect();
         let denoised_normals = normals::vertex_normals(&surface.at(denoised.clone()), FaceWeight::Angle);
         let place = |i: usize| (i % 5 != 4).then(|| Vec2::new(0.125 + i as f32 / 1024.0, 0.25));
-        let places = (0..model.obj().positions().len()).map(place).collect();
+        let places = (0..model.data().positions().len()).map(place).collect();
         Self { model, normals, places, denoised, denoised_normals, materials: Vec::new() }
     }
     fn carrier(&self) -> Carrier<'_> {
@@ -173,12 +174,12 @@ fn shown_by_model(owned: &Owned, origin: DVec3, material: Option<Index>) -> Vec<
     let corner = |c: Index| {
         let source = model.source_corner(c);
         let place = down(owned.places[source.position as usize].map(Vec2::as_dvec2));
-        let uvs = model.obj().uvs();
+        let uvs = model.data().uvs();
         let uv = if uvs.is_empty() { place } else { down(source.uv().map(|vt| uvs[vt as usize])) };
         ((surface.at_corner(c) - origin).as_vec3().to_array(), uv, place)
     };
     let of_material =
-        |t: &&[Index; 3]| model.obj().face_material(model.source_face(surface.topology().face(t[0]))) == material;
+        |t: &&[Index; 3]| model.data().face_material(model.source_face(surface.topology().face(t[0]))) == material;
     surface.triangle_corners().iter().filter(of_material).map(|t| t.map(corner)).collect()
 }
 
@@ -188,9 +189,9 @@ fn triangles_show_what_the_model_has_material_by_material_in_its_order() {
         let parsed = written(&owned, origin);
         let (positions, uvs) = (parsed.attribute::<3>("POSITION"), parsed.attribute::<2>("TEXCOORD_0"));
         let places = parsed.attribute::<2>("TEXCOORD_1");
-        let names = owned.model.obj().extras().materials.iter().map(|n| String::from_utf8_lossy(n).into_owned());
+        let names = owned.model.data().materials().iter().map(|n| String::from_utf8_lossy(n).into_owned());
         let mut groups: Vec<(Option<Index>, String)> = (0..).map(Some).zip(names).collect();
-        groups.insert(0, (None, Obj::CARRIER_MATERIAL.to_owned()));
+        groups.insert(0, (None, CARRIER_MATERIAL.to_owned()));
         groups.retain(|(material, _)| !shown_by_model(&owned, origin, *material).is_empty());
         assert_eq!(parsed.primitives().len(), groups.len());
         let mut count = 0;
@@ -209,7 +210,7 @@ fn triangles_show_what_the_model_has_material_by_material_in_its_order() {
 fn vertices_are_the_distinct_pairs_in_order() {
     let owned = Owned::new(UNRULY);
     let wedges = Wedges::new(&owned.model);
-    let pairs: Vec<_> = wedges.lines.iter().zip(&wedges.uvs).collect();
+    let pairs: Vec<_> = wedges.sources.iter().zip(&wedges.uvs).collect();
     assert!(pairs.is_sorted_by(|a, b| a < b), "{pairs:?}");
     let corners = 0..owned.model.surface().topology().faces().items().len() as Index;
     let mut named: Vec<_> = corners.map(|c| owned.model.source_corner(c)).map(|c| (c.position, c.uv())).collect();
@@ -233,12 +234,12 @@ fn weight_one_is_the_denoised_surface() {
         let close = |found: Vec3, expected: DVec3, largest: f64| {
             (found.as_dvec3() - expected).abs().max_element() <= largest * f64::from(f32::EPSILON)
         };
-        for (line, found) in wedges.lines.iter().zip(morphed("POSITION")) {
+        for (line, found) in wedges.sources.iter().zip(morphed("POSITION")) {
             let expected = owned.denoised[vertex(*line)] - origin;
             let base = owned.model.surface().positions()[vertex(*line)] - origin;
             assert!(close(found, expected, expected.abs().max_element().max(base.abs().max_element())), "{found}");
         }
-        for (line, found) in wedges.lines.iter().zip(morphed("NORMAL")) {
+        for (line, found) in wedges.sources.iter().zip(morphed("NORMAL")) {
             let expected = owned.denoised_normals[vertex(*line)];
             // The difference of unit vectors is up to two.
             assert!(expected == DVec3::ZERO || close(found, expected, 2.0), "{found} {expected}");

@@ -1,13 +1,13 @@
-//! The vertices of a glTF mesh: where a `v` line and a `vt` line meet at some corner of the surface.
+//! Wedges, the vertices of a glTF mesh: a source vertex and texture coordinates that meet at some corner of the surface.
 
 use crate::model::Model;
 use crate::ragged::{Index, Ragged};
 
-/// Distinct pairs of `v` and `vt` line, by `v` line and then by `vt` line; #W of them.
+/// Distinct pairs of source vertex and texture coordinates, in the order of the source; #W of them.
 pub(super) struct Wedges {
-    /// `v` line. #W, ascending
-    pub(super) lines: Vec<Index>,
-    /// `vt` line; none where a corner names none. #W
+    /// Source vertex of each wedge. #W, ascending
+    pub(super) sources: Vec<Index>,
+    /// Index of its texture coordinates; none where a corner names none. #W
     pub(super) uvs: Vec<Option<Index>>,
     /// Wedge at each corner of the surface.
     of_corner: Vec<Index>,
@@ -20,25 +20,25 @@ impl Wedges {
             let corner = model.source_corner(c);
             (corner.position, (corner.uv(), c))
         });
-        // All corners of a line next to each other make a search among a few out of one among all.
-        let mut by_line = Ragged::group(model.obj().positions().len(), named);
-        by_line.for_each_mut(<[_]>::sort_unstable);
-        let mut wedges = Self { lines: Vec::new(), uvs: Vec::new(), of_corner: vec![0; corners] };
-        for (line, corners) in (0..).zip(by_line.iter()) {
+        // All corners of a source vertex next to each other make a search among a few out of one among all.
+        let mut by_source = Ragged::group(model.data().positions().len(), named);
+        by_source.for_each_mut(<[_]>::sort_unstable);
+        let mut wedges = Self { sources: Vec::new(), uvs: Vec::new(), of_corner: vec![0; corners] };
+        for (source, corners) in (0..).zip(by_source.iter()) {
             for same in corners.chunk_by(|a, b| a.0 == b.0) {
                 for &(_, corner) in same {
-                    wedges.of_corner[corner as usize] = wedges.lines.len() as Index;
+                    wedges.of_corner[corner as usize] = wedges.sources.len() as Index;
                 }
-                wedges.lines.push(line);
+                wedges.sources.push(source);
                 wedges.uvs.push(same[0].0);
             }
         }
         wedges
     }
     pub(super) fn len(&self) -> usize {
-        self.lines.len()
+        self.sources.len()
     }
-    /// Whether any corner names a `vt` line.
+    /// Whether any corner names texture coordinates.
     pub(super) fn have_uvs(&self) -> bool {
         self.uvs.iter().any(Option::is_some)
     }
@@ -48,9 +48,9 @@ impl Wedges {
         let surface = model.surface();
         let triangles = surface.triangle_corners().iter().map(|corners| {
             let face = model.source_face(surface.topology().face(corners[0]));
-            let list = model.obj().face_material(face).map_or(0, |material| material + 1);
+            let list = model.data().face_material(face).map_or(0, |material| material + 1);
             (list, corners.map(|c| self.of_corner[c as usize]))
         });
-        Ragged::group(model.obj().extras().materials.len() + 1, triangles)
+        Ragged::group(model.data().materials().len() + 1, triangles)
     }
 }

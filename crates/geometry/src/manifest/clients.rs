@@ -1,5 +1,6 @@
 //! The numbers that other programs want, signs folded in: they add where planish subtracts.
 
+use crate::denoise::NormalField;
 use crate::displacement::{Encoding, MapKind};
 use crate::model::NormalSource;
 use serde::{Deserialize, Serialize};
@@ -92,7 +93,7 @@ pub struct CentreMagnitude {
 
 impl Clients {
     /// Folds λ and the signs into bias and scale.
-    pub fn new(kind: MapKind, normals: NormalSource, encoding: Encoding, lambda: f64) -> Self {
+    pub fn new(kind: MapKind, normals: NormalField, encoding: Encoding, lambda: f64) -> Self {
         let (bias, scale) = (f64::from(encoding.bias), f64::from(encoding.scale));
         // Adding zero turns −0 into 0, which reads better.
         let (base, gain) = (-lambda * bias + 0.0, -lambda * scale + 0.0);
@@ -105,7 +106,7 @@ impl Clients {
                     threejs: Some(ThreeJs { displacement_scale: gain, displacement_bias: base }),
                     babylon: Some(ends),
                     blender: blender(match normals {
-                        NormalSource::Angle => BlenderDirection::Normal,
+                        NormalField::Source(NormalSource::Angle) => BlenderDirection::Normal,
                         _ => BlenderDirection::CustomNormal,
                     }),
                     mtl: Some(Mtl { base, gain }),

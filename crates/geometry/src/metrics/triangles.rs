@@ -2,38 +2,38 @@
 
 use super::CompareError;
 use super::distance::{Distances, TriangleTree};
-use crate::obj::Obj;
 use crate::polygon;
 use crate::ragged::{Index, Ragged};
+use crate::source::MeshData;
 use glam::DVec3;
 use std::sync::OnceLock;
 
-/// Triangles in space, exactly as a file has them: nothing is welded or left out.
+/// Triangles in space, exactly as a source has them: nothing is welded or left out.
 #[derive(Clone, Debug)]
 pub struct Triangles {
     pub(super) positions: Vec<DVec3>,
     pub(super) triangles: Vec<[Index; 3]>,
-    /// The faces of the file where not all are triangles: noise may make a polygon fall into other triangles.
+    /// The faces of the source where not all are triangles: noise may make a polygon fall into other triangles.
     polygons: Option<Ragged<Index>>,
     /// Made when distances to this mesh are first asked for: whoever compares many meshes with it pays once.
     tree: OnceLock<TriangleTree>,
 }
 
-impl From<&Obj> for Triangles {
-    fn from(obj: &Obj) -> Self {
+impl From<&MeshData> for Triangles {
+    fn from(mesh: &MeshData) -> Self {
         let mut triangles = Vec::new();
         let mut points = Vec::new();
-        for face in obj.faces().iter() {
+        for face in mesh.faces().iter() {
             points.clear();
-            points.extend(face.iter().map(|c| obj.positions()[c.position as usize]));
+            points.extend(face.iter().map(|c| mesh.positions()[c.position as usize]));
             polygon::triangulate(&points, |t| triangles.push(t.map(|k| face[k].position)));
         }
-        let polygons = obj.faces().iter().any(|face| face.len() > 3).then(|| {
+        let polygons = mesh.faces().iter().any(|face| face.len() > 3).then(|| {
             let mut polygons = Ragged::default();
-            obj.faces().iter().for_each(|face| polygons.push(face.iter().map(|corner| corner.position)));
+            mesh.faces().iter().for_each(|face| polygons.push(face.iter().map(|corner| corner.position)));
             polygons
         });
-        Self { positions: obj.positions().to_vec(), triangles, polygons, tree: OnceLock::new() }
+        Self { positions: mesh.positions().to_vec(), triangles, polygons, tree: OnceLock::new() }
     }
 }
 

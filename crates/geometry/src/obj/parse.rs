@@ -1,9 +1,11 @@
 //! The reader.
 
 use super::scan::{self, Statement, Statements, Tokens};
-use super::{Corner, Extras, MaterialRun, Obj};
-use crate::ragged::{Index, Ragged};
-use glam::{DVec2, DVec3};
+use super::{Extras, Obj};
+use crate::ragged::Index;
+use crate::source::mesh::{Corner, MaterialRun, MeshData};
+use glam::DVec2;
+use std::ops::Range;
 
 /// Why a file cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -108,12 +110,7 @@ impl Highest {
 
 struct Reader<'a> {
     bytes: &'a [u8],
-    positions: Vec<DVec3>,
-    uvs: Vec<DVec2>,
-    normals: Vec<DVec3>,
-    faces: Ragged<Corner>,
-    face_lines: Vec<u32>,
-    material_runs: Vec<MaterialRun>,
+    data: MeshData,
     non_finite_uvs: Vec<(Index, u32)>,
     extras: Extras,
     highest: [Highest; 3],
@@ -129,12 +126,7 @@ pub(super) fn parse(bytes: Vec<u8>) -> Result<Obj, ObjError> {
     }
     let mut reader = Reader {
         bytes: &bytes,
-        positions: Vec::new(),
-        uvs: Vec::new(),
-        normals: Vec::new(),
-        faces: Ragged::default(),
-        face_lines: Vec::new(),
-        material_runs: Vec::new(),
+        data: MeshData::default(),
         non_finite_uvs: Vec::new(),
         extras: Extras::default(),
         highest: Default::default(),
@@ -142,18 +134,20 @@ pub(super) fn parse(bytes: Vec<u8>) -> Result<Obj, ObjError> {
     for statement in Statements::new(&bytes) {
         reader.statement(&statement).map_err(|kind| ObjError { line: Some(statement.line), kind })?;
     }
-    let Reader { positions, uvs, normals, faces, face_lines, material_runs, non_finite_uvs, extras, highest, .. } =
-        reader;
-    if positions.is_empty() {
+    let Reader { mut data, non_finite_uvs, extras, highest, .. } = reader;
+    if data.positions.is_empty() {
         return Err(whole(ObjErrorKind::NoVertices));
     }
-    if faces.is_empty() {
+    if data.faces.is_empty() {
         return Err(whole(ObjErrorKind::NoFaces));
     }
-    highest[0].check("v", positions.len())?;
-    highest[1].check("vt", uvs.len())?;
-    highest[2].check("vn", normals.len())?;
-    Ok(Obj { bytes, positions, uvs, normals, faces, face_lines, material_runs, non_finite_uvs, extras })
+    highest[0].check("v", data.positions.len())?;
+    highest[1].check("vt", data.uvs.len())?;
+    highest[2].check("vn", data.normals.len())?;
+    if data.colours.len() != data.positions.len() {
+        data.colours = Vec::new();
+    }
+    Ok(Obj { bytes, data, non_finite_uvs, extras })
 }
 
 impl Reader<'_> {
@@ -178,17 +172,17 @@ impl Reader<'_> {
     }
 
     fn material(&mut self, name: &[u8]) {
-        let materials = &mut self.extras.materials;
+        let materials = &mut self.data.materials;
         let material = materials.iter().position(|known| known == name).unwrap_or_else(|| {
             materials.push(name.to_vec());
             materials.len() - 1
         });
-        let run = MaterialRun { first_face: self.faces.len() as Index, material: material as Index };
-        match self.material_runs.last_mut() {
+        let run = MaterialRun { first_face: self.data.faces.len() as Index, material: Some(material as Index) };
+        match self.data.material_runs.last_mut() {
             // Exporters repeat the statement for each group, and may name another material before any face.
             Some(last) if last.material == run.material => {}
             Some(last) if last.first_face == run.first_face => *last = run,
-            _ => self.material_runs.push(run),
+            _ => self.data.material_runs.push(run),
         }
     }
 
@@ -205,9 +199,24 @@ impl Reader<'_> {
                 return Err(ObjErrorKind::NotFinite(shown(token)));
             }
         }
-        self.extras.extended_vertices += usize::from(tokens.next().is_some());
-        self.positions.push(p.into());
-        fits(self.positions.len())
+        let further = tokens.next();
+        self.extras.extended_vertices += usize::from(further.is_some());
+        // As soon as one has none, colours are no use.
+        if self.data.colours.len() == self.data.positions.len() {
+            let colour = further.and_then(|red| self.colour([Some(red), tokens.next(), tokens.next()]));
+            self.data.colours.extend(colour.filter(|_| tokens.next().is_none()));
+        }
+        self.data.positions.push(p.into());
+        fits(self.data.positions.len())
+    }
+
+    /// Three numbers behind the coordinates; a single one is a weight.
+    fn colour(&self, tokens: [Option<Range<usize>>; 3]) -> Option<[f32; 3]> {
+        let mut colour = [0.0; 3];
+        for (x, token) in colour.iter_mut().zip(tokens) {
+            *x = fast_float2::parse(&self.bytes[token?]).ok().filter(|x: &f32| x.is_finite())?;
+        }
+        Some(colour)
     }
 
     fn uv(&mut self, statement: &Statement) -> Result<(), ObjErrorKind> {
@@ -220,10 +229,10 @@ impl Reader<'_> {
         let v = tokens.next().map_or(Ok(0.0), |token| lenient(&self.bytes[token]))?;
         let uv = DVec2::new(u, v);
         if !uv.is_finite() {
-            self.non_finite_uvs.push((self.uvs.len() as Index, statement.line));
+            self.non_finite_uvs.push((self.data.uvs.len() as Index, statement.line));
         }
-        self.uvs.push(uv);
-        fits(self.uvs.len())
+        self.data.uvs.push(uv);
+        fits(self.data.uvs.len())
     }
 
     fn normal(&mut self, statement: &Statement) -> Result<(), ObjErrorKind> {
@@ -235,28 +244,27 @@ impl Reader<'_> {
             };
             *x = lenient(&self.bytes[token])?;
         }
-        self.normals.push(n.into());
-        fits(self.normals.len())
+        self.data.normals.push(n.into());
+        fits(self.data.normals.len())
     }
 
     fn face(&mut self, statement: &Statement) -> Result<(), ObjErrorKind> {
         for token in Tokens::new(self.bytes, statement) {
             let corner = self.corner(&self.bytes[token], statement.line)?;
-            self.faces.extend_open(corner);
+            self.data.faces.extend_open(corner);
         }
-        let corners = self.faces.close();
+        let corners = self.data.faces.close();
         if corners < 3 {
             return Err(ObjErrorKind::TooFewCorners(corners));
         }
-        self.face_lines.push(statement.line);
-        self.extras.faces_without_material += usize::from(self.extras.materials.is_empty());
-        fits(self.faces.items().len())
+        self.data.face_lines.push(statement.line);
+        fits(self.data.faces.items().len())
     }
 
     fn corner(&mut self, token: &[u8], line: u32) -> Result<Corner, ObjErrorKind> {
         let bad = || ObjErrorKind::BadCorner(shown(token));
-        let counts = [self.positions.len(), self.uvs.len(), self.normals.len()];
-        let mut named = [Corner::ABSENT; 3];
+        let counts = [self.data.positions.len(), self.data.uvs.len(), self.data.normals.len()];
+        let mut named = [None; 3];
         for (k, part) in token.split(|&b| b == b'/').enumerate() {
             if k == 3 {
                 return Err(bad());
@@ -265,7 +273,7 @@ impl Reader<'_> {
                 continue;
             }
             let index = integer(part).ok_or_else(bad)?;
-            named[k] = match index {
+            let index = match index {
                 0 => return Err(ObjErrorKind::ZeroIndex(shown(token))),
                 1.. => Index::try_from(index - 1).map_err(|_| bad())?,
                 _ => usize::try_from(counts[k] as i64 + index).map_err(|_| {
@@ -273,10 +281,12 @@ impl Reader<'_> {
                     ObjErrorKind::OutOfRange { keyword, index, count: counts[k] }
                 })? as Index,
             };
-            self.highest[k].see(named[k], line);
+            named[k] = Some(index);
+            self.highest[k].see(index, line);
         }
         let [position, uv, normal] = named;
-        if position == Corner::ABSENT { Err(bad()) } else { Ok(Corner { position, uv, normal }) }
+        let position = position.filter(|p| *p != Index::MAX).ok_or_else(bad)?;
+        Ok(Corner::new(position, uv, normal))
     }
 }
 

@@ -1,8 +1,11 @@
-//! The writers.
+//! The writers of files that are given back: bytes are copied, and tokens replaced.
 
 use super::Obj;
+use super::print::{carrier_corner, push_attributes, push_corner, push_line, push_number};
 use super::scan::{self, Statement, Statements, Tokens};
+use crate::materials::CARRIER_MATERIAL;
 use crate::ragged::Index;
+use crate::source::mesh::Corner;
 use glam::{DVec3, Vec2, Vec3};
 use std::ops::Range;
 
@@ -40,15 +43,6 @@ fn end_of_line(bytes: &[u8]) -> &'static [u8] {
     }
 }
 
-/// Appends the shortest decimal that reads back to the same number.
-fn push_number(out: &mut Vec<u8>, x: impl ryu::Float) {
-    out.extend_from_slice(ryu::Buffer::new().format(x).as_bytes());
-}
-
-fn push_index(out: &mut Vec<u8>, index: Index) {
-    out.extend_from_slice(itoa::Buffer::new().format(u64::from(index) + 1).as_bytes());
-}
-
 /// Replaces the leading numbers of a statement where they differ, bit for bit.
 fn replace_numbers(patch: &mut Patch, statement: &Statement, before: DVec3, after: DVec3) {
     let tokens = Tokens::new(patch.source, statement);
@@ -59,45 +53,21 @@ fn replace_numbers(patch: &mut Patch, statement: &Statement, before: DVec3, afte
     }
 }
 
-fn push_attributes(out: &mut Vec<u8>, normals: &[Vec3], uvs: Option<&[Vec2]>, eol: &[u8]) {
-    let mut line = |keyword: &[u8], numbers: &[f32]| {
-        out.extend_from_slice(keyword);
-        for x in numbers {
-            out.push(b' ');
-            push_number(out, *x);
-        }
-        out.extend_from_slice(eol);
-    };
-    for uv in uvs.into_iter().flatten() {
-        line(b"vt", &uv.to_array());
-    }
-    for n in normals {
-        line(b"vn", &n.to_array());
-    }
-}
-
-fn push_line(out: &mut Vec<u8>, keyword: &str, argument: &str, eol: &[u8]) {
-    out.extend_from_slice(keyword.as_bytes());
-    out.push(b' ');
-    out.extend_from_slice(argument.as_bytes());
-    out.extend_from_slice(eol);
-}
-
 impl Obj {
     /// The file with other coordinates on its `v` lines (#v), and with other normals on its `vn` lines (#vn)
     /// where some are given. Numbers that did not change keep their spelling.
     pub fn with_positions(&self, positions: &[DVec3], normals: Option<&[DVec3]>) -> Vec<u8> {
-        assert_eq!(positions.len(), self.positions.len(), "one position for each `v` line");
+        assert_eq!(positions.len(), self.data.positions.len(), "one position for each `v` line");
         let mut patch = Patch::new(&self.bytes);
         let (mut v, mut vn) = (0, 0);
         for statement in Statements::new(&self.bytes) {
             match (&self.bytes[statement.keyword.clone()], normals) {
                 (b"v", _) => {
-                    replace_numbers(&mut patch, &statement, self.positions[v], positions[v]);
+                    replace_numbers(&mut patch, &statement, self.data.positions[v], positions[v]);
                     v += 1;
                 }
                 (b"vn", Some(normals)) => {
-                    replace_numbers(&mut patch, &statement, self.normals[vn], normals[vn]);
+                    replace_numbers(&mut patch, &statement, self.data.normals[vn], normals[vn]);
                     vn += 1;
                 }
                 _ => {}
@@ -110,7 +80,7 @@ impl Obj {
     /// corner names, and one material library. What a client displaces along must not be split at seams or
     /// hard edges, and that is how `vn` lines usually are; so they are replaced. Positions (#v) replace those
     /// of the `v` lines. Where texture coordinates (#v) are given they take the place of those of the file, one for each
-    /// `v` line too. Faces without a material get [`Self::CARRIER_MATERIAL`].
+    /// `v` line too. Faces without a material get [`CARRIER_MATERIAL`].
     pub fn carrier(
         &self,
         positions: &[DVec3],
@@ -118,24 +88,24 @@ impl Obj {
         uvs: Option<&[Vec2]>,
         material_library: &str,
     ) -> Vec<u8> {
-        assert_eq!(positions.len(), self.positions.len(), "one position for each `v` line");
-        assert_eq!(normals.len(), self.positions.len(), "one normal for each `v` line");
+        assert_eq!(positions.len(), self.data.positions.len(), "one position for each `v` line");
+        assert_eq!(normals.len(), self.data.positions.len(), "one normal for each `v` line");
         assert!(uvs.is_none_or(|uvs| uvs.len() == normals.len()), "one texture coordinate for each `v` line");
         let eol = end_of_line(&self.bytes);
         let mut patch = Patch::new(&self.bytes);
-        let (mut v, mut vn, mut corner) = (0, 0, 0);
-        let (mut library_named, mut material_named) = (false, false);
+        let mut faces = CarrierFaces { obj: self, normals, uvs, eol, written: 0, corner: 0 };
+        let (mut v, mut library_named, mut material_named) = (0, false, false);
         for statement in Statements::new(&self.bytes) {
             let whole_line = statement.line_start..statement.line_end;
             let before_line = statement.line_start..statement.line_start;
             let keyword = &self.bytes[statement.keyword.clone()];
             if matches!(keyword, b"mtllib" | b"usemtl" | b"f" | b"fo") && !library_named {
-                push_line(patch.replace(before_line.clone()), "mtllib", material_library, eol);
+                push_line(patch.replace(before_line.clone()), "mtllib", material_library.as_bytes(), eol);
                 library_named = true;
             }
             match keyword {
                 b"v" => {
-                    replace_numbers(&mut patch, &statement, self.positions[v], positions[v]);
+                    replace_numbers(&mut patch, &statement, self.data.positions[v], positions[v]);
                     v += 1;
                 }
                 b"vn" | b"mtllib" => {
@@ -146,43 +116,22 @@ impl Obj {
                 }
                 b"usemtl" => material_named = true,
                 b"f" | b"fo" => {
-                    let out = patch.replace(before_line);
                     if !material_named {
-                        push_line(out, "usemtl", Self::CARRIER_MATERIAL, eol);
+                        push_line(patch.replace(before_line), "usemtl", CARRIER_MATERIAL.as_bytes(), eol);
                         material_named = true;
                     }
-                    // Just before the first face that may name them, so that numbers of `v` and `vn` agree
-                    // and no reader has to look ahead.
-                    push_attributes(out, &normals[vn..v], uvs.map(|uvs| &uvs[vn..v]), eol);
-                    vn = v;
-                    for token in Tokens::new(&self.bytes, &statement) {
-                        let corner_of_file = self.faces.items()[corner];
-                        let uv = if uvs.is_some() { Some(corner_of_file.position) } else { corner_of_file.uv() };
-                        push_corner(patch.replace(token), corner_of_file.position, uv);
-                        corner += 1;
-                    }
+                    faces.write(&mut patch, &statement, v);
                 }
                 _ => {}
             }
         }
-        let mut out = patch.finish();
-        if vn < v {
-            if !out.ends_with(&eol[eol.len() - 1..]) {
-                out.extend_from_slice(eol);
-            }
-            // A backslash at the end of the file would continue into what follows now.
-            if out.trim_ascii_end().ends_with(b"\\") {
-                out.extend_from_slice(eol);
-            }
-            push_attributes(&mut out, &normals[vn..v], uvs.map(|uvs| &uvs[vn..v]), eol);
-        }
-        out
+        faces.finish(patch.finish(), v)
     }
 
     /// The file with other texture coordinates; `corners` says for each corner which one. They stand before the first
     /// face, in place of all `vt` lines. A `vt` index that `l` elements name is left out.
     pub fn with_uvs(&self, uvs: &[Vec2], corners: &[Index]) -> Vec<u8> {
-        assert_eq!(corners.len(), self.faces.items().len(), "one texture coordinate for each corner");
+        assert_eq!(corners.len(), self.data.faces.items().len(), "one texture coordinate for each corner");
         let eol = end_of_line(&self.bytes);
         let mut patch = Patch::new(&self.bytes);
         let mut corner = 0;
@@ -197,8 +146,9 @@ impl Obj {
                         push_attributes(out, &[], Some(uvs), eol);
                     }
                     for token in Tokens::new(&self.bytes, &statement) {
-                        let named = self.faces.items()[corner];
-                        push_wedge(patch.replace(token), named.position, Some(corners[corner]), named.normal());
+                        let named = self.data.faces.items()[corner];
+                        let new = Corner::new(named.position, Some(corners[corner]), named.normal());
+                        push_corner(patch.replace(token), new);
                         corner += 1;
                     }
                 }
@@ -214,26 +164,52 @@ impl Obj {
         }
         patch.finish()
     }
-
-    /// Material of carrier faces that had none.
-    pub const CARRIER_MATERIAL: &str = "planish";
 }
 
-/// `v/vt/v` or `v//v`: the normal has the number of the vertex.
-fn push_corner(out: &mut Vec<u8>, position: Index, uv: Option<Index>) {
-    push_wedge(out, position, uv, Some(position));
+/// Faces of a carrier, and the attributes of the `v` lines that stand before them.
+struct CarrierFaces<'a> {
+    obj: &'a Obj,
+    normals: &'a [Vec3],
+    uvs: Option<&'a [Vec2]>,
+    eol: &'static [u8],
+    /// Number of `v` lines whose attributes are written.
+    written: usize,
+    /// Number of corners that are written.
+    corner: usize,
 }
 
-fn push_wedge(out: &mut Vec<u8>, position: Index, uv: Option<Index>, normal: Option<Index>) {
-    push_index(out, position);
-    if uv.is_some() || normal.is_some() {
-        out.push(b'/');
+impl CarrierFaces<'_> {
+    /// Rewrites a face after so many `v` lines.
+    fn write(&mut self, patch: &mut Patch, statement: &Statement, v: usize) {
+        // Just before the first face that may name them, so that numbers of `v` and `vn` agree and no reader has to
+        // look ahead.
+        self.write_attributes(patch.replace(statement.line_start..statement.line_start), v);
+        for token in Tokens::new(patch.source, statement) {
+            let named = self.obj.data.faces.items()[self.corner];
+            let uv = if self.uvs.is_some() { Some(named.position) } else { named.uv() };
+            push_corner(patch.replace(token), carrier_corner(named.position, uv));
+            self.corner += 1;
+        }
     }
-    if let Some(uv) = uv {
-        push_index(out, uv);
+
+    fn write_attributes(&mut self, out: &mut Vec<u8>, v: usize) {
+        let new = self.written..v;
+        push_attributes(out, &self.normals[new.clone()], self.uvs.map(|uvs| &uvs[new]), self.eol);
+        self.written = v;
     }
-    if let Some(normal) = normal {
-        out.push(b'/');
-        push_index(out, normal);
+
+    /// Adds the attributes of `v` lines that stand behind the last face.
+    fn finish(mut self, mut out: Vec<u8>, v: usize) -> Vec<u8> {
+        if self.written < v {
+            if !out.ends_with(&self.eol[self.eol.len() - 1..]) {
+                out.extend_from_slice(self.eol);
+            }
+            // A backslash at the end of the file would continue into what follows now.
+            if out.trim_ascii_end().ends_with(b"\\") {
+                out.extend_from_slice(self.eol);
+            }
+            self.write_attributes(&mut out, v);
+        }
+        out
     }
 }

@@ -1,7 +1,7 @@
 //! The spellings that files out there use, and what is written back.
 
 use super::*;
-use glam::Vec3;
+use glam::{DVec2, DVec3, Vec3};
 
 /// Three vertices that a face can name.
 const THREE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
@@ -22,19 +22,19 @@ fn error(text: impl AsRef<[u8]>) -> (Option<u32>, ObjErrorKind) {
 type Named = (Index, Option<Index>, Option<Index>);
 
 fn corners(obj: &Obj) -> Vec<Vec<Named>> {
-    obj.faces().iter().map(|face| face.iter().map(|c| (c.position, c.uv(), c.normal())).collect()).collect()
+    obj.data().faces().iter().map(|face| face.iter().map(|c| (c.position, c.uv(), c.normal())).collect()).collect()
 }
 
 /// Position of each corner of each face.
 fn faces(obj: &Obj) -> Vec<Vec<Index>> {
-    obj.faces().iter().map(|face| face.iter().map(|c| c.position).collect()).collect()
+    obj.data().faces().iter().map(|face| face.iter().map(|c| c.position).collect()).collect()
 }
 
 /// A file must be the plain triangle, whatever its spelling.
 #[track_caller]
 fn is_the_triangle(text: impl AsRef<[u8]>) {
     let obj = parse(text);
-    assert_eq!(obj.positions(), [DVec3::ZERO, DVec3::X, DVec3::Y]);
+    assert_eq!(obj.data().positions(), [DVec3::ZERO, DVec3::X, DVec3::Y]);
     assert_eq!(faces(&obj), [[0, 1, 2]]);
 }
 
@@ -213,14 +213,14 @@ mod layout {
     fn a_name_that_ends_in_a_backslash_swallows_nothing() {
         let obj = parse("mtllib C:\\\nv 0 0 0\no \\\nv 1 0 0\ng a\\\nv 0 1 0\nusemtl C:\\\nf 1 2 3\n");
         assert_eq!(faces(&obj), [[0, 1, 2]]);
-        assert_eq!(obj.extras().materials, [b"C:\\"]);
+        assert_eq!(obj.data().materials(), [b"C:\\"]);
         assert_eq!(obj.extras().material_libraries, [b"C:\\"]);
     }
 
     #[test]
     fn lines_are_counted_through_continuations() {
         let obj = parse(format!("# first\n\n{THREE}f 1 \\\n2 \\\n3\nf 3 2 1\n"));
-        assert_eq!([obj.face_line(0), obj.face_line(1)], [6, 9]);
+        assert_eq!([obj.data().face_line(0), obj.data().face_line(1)], [Some(6), Some(9)]);
         let (line, _) = error("v 0 \\\n0 \\\n0\nv x 0 0\n");
         assert_eq!(line, Some(4));
     }
@@ -240,13 +240,13 @@ mod other_statements {
     #[test]
     fn lines_and_points_are_no_faces() {
         let obj = parse(format!("{THREE}l 1 2 3\np 1\np 2 3\nf 1 2 3\nl 1 \\\n2\n"));
-        assert_eq!((obj.faces().len(), obj.extras().lines, obj.extras().points), (1, 2, 2));
+        assert_eq!((obj.data().faces().len(), obj.extras().lines, obj.extras().points), (1, 2, 2));
     }
 
     #[test]
     fn unknown_statements_are_passed_over() {
         let obj = parse(format!("vp 0 1\ncstype bezier\ncurv 0 1 1 2 3\n{THREE}f 1 2 3\n\u{1}\nnonsense v 1 2 3\n"));
-        assert_eq!((obj.positions().len(), obj.extras().other), (3, 5));
+        assert_eq!((obj.data().positions().len(), obj.extras().other), (3, 5));
     }
 
     #[test]
@@ -254,12 +254,12 @@ mod other_statements {
         let uses = "mtllib a.mtl b.mtl\nmtllib c d.mtl\nusemtl red\nusemtl  my skin \nusemtl red\n";
         let obj = parse(format!("{uses}{THREE}f 1 2 3\n"));
         assert_eq!(obj.extras().material_libraries, [&b"a.mtl b.mtl"[..], b"c d.mtl"]);
-        assert_eq!(obj.extras().materials, [&b"red"[..], b"my skin"]);
+        assert_eq!(obj.data().materials(), [&b"red"[..], b"my skin"]);
     }
 
     fn face_materials(text: &str) -> Vec<Option<Index>> {
         let obj = parse(format!("{THREE}{text}"));
-        (0..obj.faces().len() as Index).map(|f| obj.face_material(f)).collect()
+        (0..obj.data().faces().len() as Index).map(|f| obj.data().face_material(f)).collect()
     }
 
     #[test]
@@ -291,9 +291,9 @@ mod other_statements {
             text.extend_from_slice(THREE.as_bytes());
             text.extend_from_slice(&[b"f 1 2 3 # ", name, b"\nf 3 2 1\n"].concat());
             let obj = parse(&text);
-            assert_eq!(obj.extras().materials, [name]);
+            assert_eq!(obj.data().materials(), [name]);
             assert_eq!(faces(&obj), [[0, 1, 2], [2, 1, 0]]);
-            assert_eq!(obj.with_positions(obj.positions(), None), text);
+            assert_eq!(obj.with_positions(obj.data().positions(), None), text);
         }
     }
 }
@@ -304,7 +304,7 @@ mod numbers {
     /// x of the first vertex.
     #[track_caller]
     fn read(token: &str) -> f64 {
-        parse(format!("v {token} 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")).positions()[0].x
+        parse(format!("v {token} 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")).data().positions()[0].x
     }
 
     #[test]
@@ -337,21 +337,21 @@ mod numbers {
         for x in extreme {
             let positions = [DVec3::splat(x), DVec3::splat(-x), DVec3::new(x, 1.0, x)];
             let written = parse(source.with_positions(&positions, None));
-            assert_eq!(bits(written.positions()), bits(&positions), "{x:e}");
+            assert_eq!(bits(written.data().positions()), bits(&positions), "{x:e}");
         }
     }
 
     #[test]
     fn weights_and_colours_are_counted_and_left_alone() {
         let obj = parse("v 0 0 0 1\nv 1 0 0 0.5 0.5 0.5\nv 0 1 0 2 .1 .2 .3\nf 1 2 3\n");
-        assert_eq!(obj.positions(), [DVec3::ZERO, DVec3::X, DVec3::Y], "w divides nothing");
+        assert_eq!(obj.data().positions(), [DVec3::ZERO, DVec3::X, DVec3::Y], "w divides nothing");
         assert_eq!(obj.extras().extended_vertices, 3);
     }
 
     #[test]
     fn uvs_of_one_and_three_numbers() {
         let obj = parse(format!("{THREE}vt 0.5\nvt 0.5 0.25\nvt 0.5 0.25 0\nf 1/1 2/2 3/3\n"));
-        assert_eq!(obj.uvs(), [DVec2::new(0.5, 0.0), DVec2::new(0.5, 0.25), DVec2::new(0.5, 0.25)]);
+        assert_eq!(obj.data().uvs(), [DVec2::new(0.5, 0.0), DVec2::new(0.5, 0.25), DVec2::new(0.5, 0.25)]);
     }
 
     /// What C and C++ libraries print.
@@ -361,7 +361,7 @@ mod numbers {
     fn a_broken_uv_or_normal_is_let_through() {
         for token in BROKEN {
             let obj = parse(format!("{THREE}vt 0 0\nvt {token} 0\nvn 0 {token} 0\nf 1/1/1 2/2/1 3/1/1\n"));
-            assert!(obj.uvs()[1].x.is_nan() && obj.normals()[0].y.is_nan(), "{token}");
+            assert!(obj.data().uvs()[1].x.is_nan() && obj.data().normals()[0].y.is_nan(), "{token}");
             assert_eq!(obj.non_finite_uvs(), [(1, 5)], "{token}");
         }
     }
@@ -377,7 +377,7 @@ mod numbers {
     #[test]
     fn normals_keep_their_length() {
         let obj = parse(format!("{THREE}vn 0 0 2\nvn 0 0 0\nf 1//1 2//2 3//1\n"));
-        assert_eq!(obj.normals(), [DVec3::Z * 2.0, DVec3::ZERO]);
+        assert_eq!(obj.data().normals(), [DVec3::Z * 2.0, DVec3::ZERO]);
     }
 }
 
@@ -530,14 +530,14 @@ mod writing {
     #[test]
     fn unchanged_positions_give_the_same_bytes() {
         let obj = unruly();
-        assert_eq!(obj.with_positions(obj.positions(), Some(obj.normals())), obj.bytes());
-        assert_eq!(obj.with_positions(obj.positions(), None), obj.clone().into_bytes());
+        assert_eq!(obj.with_positions(obj.data().positions(), Some(obj.data().normals())), obj.bytes());
+        assert_eq!(obj.with_positions(obj.data().positions(), None), obj.clone().into_bytes());
     }
 
     #[test]
     fn one_changed_number_changes_one_token() {
         let obj = parse("v +0.50 1e0 .5 0.1 0.2 0.3 # v\r\n\tv 1\t\\\r\n 2 3.000\r\nv 7 8 9 1\r\nf 1 2 3\r\n");
-        let mut positions = obj.positions().to_vec();
+        let mut positions = obj.data().positions().to_vec();
         positions[1].y = 2.5;
         let written = String::from_utf8(obj.with_positions(&positions, None)).unwrap();
         assert_eq!(written, "v +0.50 1e0 .5 0.1 0.2 0.3 # v\r\n\tv 1\t\\\r\n 2.5 3.000\r\nv 7 8 9 1\r\nf 1 2 3\r\n");
@@ -546,7 +546,7 @@ mod writing {
     #[test]
     fn a_sign_of_zero_is_a_change() {
         let obj = parse(format!("{THREE}f 1 2 3\n"));
-        let mut positions = obj.positions().to_vec();
+        let mut positions = obj.data().positions().to_vec();
         positions[0].x = -0.0;
         assert!(obj.with_positions(&positions, None).starts_with(b"v -0.0 0 0\n"));
     }
@@ -555,8 +555,8 @@ mod writing {
     fn normals_change_only_where_they_are_given() {
         let obj = unruly();
         let turned = [DVec3::Y, DVec3::X, DVec3::new(0.5, 1.0, 0.0)];
-        let written = parse(obj.with_positions(obj.positions(), Some(&turned)));
-        assert_eq!(written.normals(), turned);
+        let written = parse(obj.with_positions(obj.data().positions(), Some(&turned)));
+        assert_eq!(written.data().normals(), turned);
         let text = String::from_utf8_lossy(written.bytes()).into_owned();
         assert!(
             text.contains("vn 0 1.0 0.0\n") && text.contains("vn 1 0 0\n") && text.contains("vn 0.5 1 0\n"),
@@ -565,7 +565,7 @@ mod writing {
     }
 
     fn carrier_of(obj: &Obj) -> (Obj, Vec<DVec3>, Vec<Vec3>) {
-        let positions: Vec<DVec3> = obj.positions().iter().map(|p| *p + 0.1).collect();
+        let positions: Vec<DVec3> = obj.data().positions().iter().map(|p| *p + 0.1).collect();
         let normals: Vec<Vec3> = (0..positions.len()).map(|i| Vec3::new(i as f32, 1.0, 0.3).normalize()).collect();
         (parse(obj.carrier(&positions, &normals, None, "new name.mtl")), positions, normals)
     }
@@ -574,16 +574,16 @@ mod writing {
     #[track_caller]
     fn is_a_carrier(obj: &Obj) -> Obj {
         let (carrier, positions, normals) = carrier_of(obj);
-        assert_eq!(bits(carrier.positions()), bits(&positions));
-        assert_eq!(carrier.uvs(), obj.uvs());
-        let single: Vec<Vec3> = carrier.normals().iter().map(|n| n.as_vec3()).collect();
+        assert_eq!(bits(carrier.data().positions()), bits(&positions));
+        assert_eq!(carrier.data().uvs(), obj.data().uvs());
+        let single: Vec<Vec3> = carrier.data().normals().iter().map(|n| n.as_vec3()).collect();
         assert_eq!(single, normals, "one for each `v` line");
         let expected: Vec<Vec<_>> =
-            obj.faces().iter().map(|f| f.iter().map(|c| (c.position, c.uv())).collect()).collect();
+            obj.data().faces().iter().map(|f| f.iter().map(|c| (c.position, c.uv())).collect()).collect();
         let found: Vec<Vec<_>> =
-            carrier.faces().iter().map(|f| f.iter().map(|c| (c.position, c.uv())).collect()).collect();
+            carrier.data().faces().iter().map(|f| f.iter().map(|c| (c.position, c.uv())).collect()).collect();
         assert_eq!(found, expected);
-        assert!(carrier.faces().items().iter().all(|c| c.normal() == Some(c.position)));
+        assert!(carrier.data().faces().items().iter().all(|c| c.normal() == Some(c.position)));
         assert_eq!(carrier.extras().material_libraries, [b"new name.mtl"]);
         let (before, after) = (obj.extras(), carrier.extras());
         let counts =
@@ -599,7 +599,7 @@ mod writing {
     #[test]
     fn an_unruly_file_becomes_a_carrier() {
         let carrier = is_a_carrier(&unruly());
-        assert_eq!(carrier.extras().materials, [&b"planish"[..], b"skin"]);
+        assert_eq!(carrier.data().materials(), [&b"planish"[..], b"skin"]);
         // Before the first face, and nowhere else, stand library and material; behind the last line the last normal.
         let text = text(&carrier);
         assert!(text.starts_with("\u{feff}# odd\nmtllib new name.mtl\nusemtl planish\nf 1/2/1 2/1/2 3//3\n"), "{text}");
@@ -632,7 +632,7 @@ mod writing {
     fn a_library_is_named_before_its_first_use() {
         let carrier = is_a_carrier(&parse(format!("{THREE}usemtl skin\nf 1 2 3\nmtllib late.mtl\nmtllib later.mtl\n")));
         assert!(text(&carrier).contains("mtllib new name.mtl\nusemtl skin\nvn "), "{}", text(&carrier));
-        assert_eq!(carrier.extras().materials, [b"skin"]);
+        assert_eq!(carrier.data().materials(), [b"skin"]);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! From corners of triangles to corners of the file, of which each has one place.
+//! From corners of triangles to corners of the source, of which each has one place.
 
 use super::GUTTER;
 use super::xatlas::Packing;
@@ -31,26 +31,26 @@ pub(super) fn of_surface(model: &Model, packing: &Packing) -> (Vec<Index>, Vec<I
     (places, split)
 }
 
-/// Texture coordinates, and for each corner of the file which one; what is not in the surface (collapsed and repeated
+/// Texture coordinates, and for each corner of the source which one; what is not in the surface (collapsed and repeated
 /// faces) and what has no area lies in a chart with its neighbours.
-pub(super) fn of_file(model: &Model, packing: &Packing, side: u32) -> (Vec<Vec2>, Vec<Index>) {
+pub(super) fn of_source(model: &Model, packing: &Packing, side: u32) -> (Vec<Vec2>, Vec<Index>) {
     let (places, _) = of_surface(model, packing);
     let topology = model.surface().topology();
     let wedges = (0..).zip(&places).filter(|(_, place)| **place != ABSENT);
     let wedges = Ragged::group(topology.vertex_count(), wedges.map(|(c, &place)| (topology.vertex(c), place)));
-    let mut corners = vec![ABSENT; model.obj().faces().items().len()];
+    let mut corners = vec![ABSENT; model.data().faces().items().len()];
     for (corner, &place) in (0..).zip(&places) {
         corners[model.source_corner_index(corner) as usize] = place;
     }
     let mut points: Vec<Vec2> = packing.vertices.iter().map(|v| v.at).collect();
-    for face in 0..model.obj().faces().len() as Index {
-        let range = model.obj().faces().range(face);
+    for face in 0..model.data().faces().len() as Index {
+        let range = model.data().faces().range(face);
         if corners[range.clone()].contains(&ABSENT) {
-            let vertices: Vec<Index> = model.obj().faces().get(face).iter().map(|c| vertex(model, *c)).collect();
+            let vertices: Vec<Index> = model.data().faces().get(face).iter().map(|c| vertex(model, *c)).collect();
             complete(model, packing, &wedges, &vertices, &mut corners[range], &mut points);
         }
     }
-    // Only what is named, in the order of the file.
+    // Only what is named, in the order of the source.
     let mut line = vec![ABSENT; points.len()];
     let mut uvs = Vec::new();
     for corner in &mut corners {
@@ -64,7 +64,7 @@ pub(super) fn of_file(model: &Model, packing: &Packing, side: u32) -> (Vec<Vec2>
     (uvs, corners)
 }
 
-fn vertex(model: &Model, corner: crate::obj::Corner) -> Index {
+fn vertex(model: &Model, corner: crate::source::Corner) -> Index {
     model.weld().vertex_of()[corner.position as usize]
 }
 

@@ -41,7 +41,7 @@ fn unwrapped(model: &Model, side: u32) -> Unwrapped {
 
 fn laid_out(model: &Model, side: u32) -> Model {
     let unwrapped = unwrapped(model, side);
-    let text = model.obj().with_uvs(&unwrapped.uvs, &unwrapped.corners);
+    let text = model.source().as_obj().unwrap().with_uvs(&unwrapped.uvs, &unwrapped.corners);
     Model::new(Obj::parse(text).unwrap(), Welding::Exact)
 }
 
@@ -144,9 +144,9 @@ fn faces_that_are_none_get_places_too() {
     let text = file(&shapes::cube()) + "v 0.5 0 0\nv 7 7 7\nf 1 2 9\nf 1 2 3\nf 1 2 1\nf 3 10 10\n";
     let before = model(&text);
     let model = laid_out(&before, SIDE);
-    assert_eq!(model.obj().faces().len(), before.obj().faces().len());
-    assert!(model.obj().faces().items().iter().all(|corner| corner.uv().is_some()));
-    assert!(model.obj().uvs().iter().all(|uv| uv.min_element() >= 0.0 && uv.max_element() <= 1.0));
+    assert_eq!(model.data().faces().len(), before.data().faces().len());
+    assert!(model.data().faces().items().iter().all(|corner| corner.uv().is_some()));
+    assert!(model.data().uvs().iter().all(|uv| uv.min_element() >= 0.0 && uv.max_element() <= 1.0));
 }
 
 #[test]
@@ -165,7 +165,7 @@ fn other_statements_stay() {
     let text =
         "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.1 0.2 # old\nvn 0 0 1\ng one\nf 1/1/1 2//1 -1 # face\nl 1/1 2\n";
     let uvs = [Vec2::ZERO, Vec2::X, Vec2::new(0.25, 0.5)];
-    let written = model(text).obj().with_uvs(&uvs, &[2, 1, 0]);
+    let written = model(text).source().as_obj().unwrap().with_uvs(&uvs, &[2, 1, 0]);
     let expected = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\ng one\nvt 0.0 0.0\nvt 1.0 0.0\nvt 0.25 0.5\n\
                     f 1/3/1 2/2/1 3/1 # face\nl 1 2\n";
     assert_eq!(String::from_utf8(written).unwrap(), expected);

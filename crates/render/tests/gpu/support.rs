@@ -80,13 +80,13 @@ impl Baked {
     /// The vertices of the map, one for each line.
     pub(crate) fn lines(&self) -> Vec<ShaderVertex> {
         let carrier = || Obj::parse(bytes(&self.bundle, &self.bundle.manifest.carrier.obj).to_vec()).ok();
-        apply::baked_vertices(self.model.obj(), &self.bundle.manifest, &carrier).unwrap()
+        apply::baked_vertices(self.model.source(), &self.bundle.manifest, &carrier).unwrap()
     }
 
     /// The scene, with a texture, the normal map and a number for each line.
     pub(crate) fn scene(&self) -> Scene {
         let lines = self.lines();
-        let numbers: Vec<f32> = self.model.obj().positions().iter().map(|p| p.y as f32).collect();
+        let numbers: Vec<f32> = self.model.data().positions().iter().map(|p| p.y as f32).collect();
         let mut scene = input::scene(&self.model, Some(&numbers)).unwrap();
         scene.relief = Some(input::relief(&self.model, &scene, self.map.clone(), &lines));
         scene.textures = Textures::one(Texture::new(stripes(), Content::Colour).unwrap());

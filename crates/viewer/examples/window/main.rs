@@ -16,6 +16,7 @@ use planish_geometry::displacement::{Displacement, MapKind, Place};
 use planish_geometry::manifest::Manifest;
 use planish_geometry::metrics::Triangles;
 use planish_geometry::obj::Obj;
+use planish_geometry::source::Source;
 use std::error::Error;
 use std::fs::read;
 use std::path::Path;
@@ -51,7 +52,7 @@ fn open(path: &Path) -> Result<Scan, Box<dyn Error>> {
     let image = read(path.with_file_name(&entry.file))?;
     let map = Displacement::decode(&image, entry.map, entry.size(), entry.encoding())?;
     // The carrier is the mesh with the normals that the map displaces along.
-    let carrier = Obj::parse(read(path.with_file_name(&manifest.carrier.obj))?)?;
+    let carrier: Source = Obj::parse(read(path.with_file_name(&manifest.carrier.obj))?)?.into();
     let vertices = baked_vertices(&carrier, &manifest, &|| None)?.into_iter().map(|v| {
         let (normal, uv, texel) = match v.place {
             Some(Place::Uv(uv)) => (v.normal, uv, u32::MAX),
@@ -61,7 +62,7 @@ fn open(path: &Path) -> Result<Scan, Box<dyn Error>> {
         };
         Vertex { position: v.position, normal, uv, texel }
     });
-    Ok(Scan { vertices: vertices.collect(), triangles: Triangles::from(&carrier).triangles().to_vec(), map })
+    Ok(Scan { vertices: vertices.collect(), triangles: Triangles::from(carrier.data()).triangles().to_vec(), map })
 }
 
 /// The program: a scan, and its drawing once there is a window.

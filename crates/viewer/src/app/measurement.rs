@@ -21,7 +21,7 @@ impl Clean {
     /// Reads a clean mesh.
     pub fn read(path: &Path, progress: &dyn Progress) -> Result<Self, Failure> {
         progress.stage("reading");
-        Ok(Self { path: path.to_owned(), triangles: Triangles::from(&input::obj(path)?) })
+        Ok(Self { path: path.to_owned(), triangles: Triangles::from(input::source(path)?.data()) })
     }
 
     fn compare(&self, triangles: &Triangles) -> Result<Comparison, Failure> {
@@ -70,7 +70,7 @@ pub fn measure(
     let noisy = match known {
         Some(noisy) => noisy,
         None => {
-            let triangles = Triangles::from(document.model.obj());
+            let triangles = Triangles::from(document.model.data());
             let comparison = clean.compare(&triangles)?;
             Arc::new(Noisy { triangles, comparison })
         }

@@ -6,7 +6,7 @@ use planish_files::failure::Failure;
 use planish_files::input;
 use planish_geometry::bundle::{Carriers, Goal, LayoutChoice, Settings};
 use planish_geometry::denoise::limits::{Limits, Mask, Volume};
-use planish_geometry::denoise::{Denoiser, Denoising};
+use planish_geometry::denoise::{Denoiser, Denoising, NormalField};
 use planish_geometry::displacement::{FileFormat, MapKind, TexelFormat};
 use planish_geometry::manifest::{Layout, Manifest, Method, UvSource};
 use planish_geometry::model::NormalSource;
@@ -113,7 +113,7 @@ impl Recipe {
         let goal = match &self.target {
             Some(path) => job.target(path)?,
             None => {
-                let limits = self.limits.limits(job.model.obj().positions().len())?;
+                let limits = self.limits.limits(job.model.data().positions().len())?;
                 Goal::Denoiser(Denoising { denoiser: self.denoiser.clone(), limits })
             }
         };
@@ -228,15 +228,15 @@ fn word<T: Copy + PartialEq + 'static>(choices: Choices<T>, chosen: T) -> String
 }
 
 /// `--normals`
-pub fn normals() -> Choices<Option<NormalSource>> {
+pub fn normals() -> Choices<Option<NormalField>> {
     &[
         ("auto", None),
-        ("angle", Some(NormalSource::Angle)),
-        ("denoised", Some(NormalSource::Denoised)),
-        ("leaning", Some(NormalSource::Leaning)),
-        ("area", Some(NormalSource::Area)),
-        ("uniform", Some(NormalSource::Uniform)),
-        ("file", Some(NormalSource::File)),
+        ("angle", Some(NormalField::Source(NormalSource::Angle))),
+        ("denoised", Some(NormalField::Denoised)),
+        ("leaning", Some(NormalField::Tilted)),
+        ("area", Some(NormalField::Source(NormalSource::Area))),
+        ("uniform", Some(NormalField::Source(NormalSource::Uniform))),
+        ("file", Some(NormalField::Source(NormalSource::File))),
     ]
 }
 

@@ -5,14 +5,13 @@ use crate::texture::{Content, Texture, Textures};
 use planish_files::input;
 use planish_geometry::materials::{self, Material};
 use planish_geometry::model::Model;
-use planish_geometry::obj::Obj;
+use planish_geometry::source::Source;
 use std::path::{Path, PathBuf};
 
 /// Each triangle gets the texture of its face's material. What cannot be read is left out, with a word about it: the mesh
 /// can be seen without.
 pub(super) fn textures(mesh: &Path, model: &Model, warnings: &mut Vec<String>) -> Textures {
-    let obj = model.obj();
-    let known = materials(mesh, obj, warnings);
+    let known = materials(mesh, model.source(), warnings);
     let (mut all, mut files): (Vec<Texture>, Vec<(String, Option<u32>)>) = (Vec::new(), Vec::new());
     let mut texture_of = |name: &[u8]| -> Option<u32> {
         let material = known.iter().find(|material| material.name.as_bytes() == name.trim_ascii())?;
@@ -33,20 +32,20 @@ pub(super) fn textures(mesh: &Path, model: &Model, warnings: &mut Vec<String>) -
         files.push((file, place));
         place
     };
-    let of_materials: Vec<Option<u32>> = obj.extras().materials.iter().map(|name| texture_of(name)).collect();
+    let of_materials: Vec<Option<u32>> = model.data().materials().iter().map(|name| texture_of(name)).collect();
     let surface = model.surface();
     let of_triangle = |corners: &[u32; 3]| {
         let face = model.source_face(surface.topology().face(corners[0]));
-        of_materials[obj.face_material(face)? as usize]
+        of_materials[model.data().face_material(face)? as usize]
     };
     let of_triangles = surface.triangle_corners().iter().map(of_triangle).collect();
     Textures::by_triangle(all, of_triangles).unwrap_or_default()
 }
 
 /// All materials of the libraries that the mesh names.
-fn materials(mesh: &Path, obj: &Obj, warnings: &mut Vec<String>) -> Vec<Material> {
+fn materials(mesh: &Path, source: &Source, warnings: &mut Vec<String>) -> Vec<Material> {
     let mut all = Vec::new();
-    for library in input::libraries(mesh, obj) {
+    for library in input::libraries(mesh, source) {
         let read = library.bytes.ok_or_else(|| "cannot be read".to_owned());
         match read.and_then(|bytes| materials::read(&bytes).map_err(|e| e.to_string())) {
             Ok(materials) => all.extend(materials),

@@ -69,7 +69,7 @@ fn tilt(normal: Vec3, delta: DVec3) -> Vec3 {
 mod tests {
     use super::super::single_precision_normals;
     use super::*;
-    use crate::model::NormalSource;
+    use crate::denoise::NormalField;
     use crate::noise::{self, Direction, Noise};
     use crate::progress::Silent;
     use crate::shapes;
@@ -102,6 +102,6 @@ mod tests {
         let kept = tilted.normals.iter().zip(&upright.normals).filter(|(a, b)| a.distance(**b) < 1e-6).count();
         let told = (tilted.residual.tilted * tilted.normals.len() as f64).round() as usize;
         assert_eq!(kept, tilted.normals.len() - told);
-        assert_eq!(HeightField::best(&surface, &deltas, &Silent).unwrap(), (tilted, NormalSource::Leaning));
+        assert_eq!(HeightField::best(&surface, &deltas, &Silent).unwrap(), (tilted, NormalField::Tilted));
     }
 }

@@ -7,15 +7,15 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
-/// Vertices that are picked out: the rim of the mesh, `v` lines, or both.
+/// Vertices that are picked out: the boundary of the mesh, source vertices by number, or both.
 ///
-/// As text: words with blanks, commas or line breaks between them. `7` is the seventh `v` line of the file, `3-9` are
-/// seven of them, `boundary` is the rim; from `#` on a line is a comment. In JSON the same text on one line.
+/// As text: words with blanks, commas or line breaks between them. `7` is the seventh source vertex (of an OBJ, the
+/// seventh `v` line), `3-9` are seven of them, `boundary` is the boundary of the mesh; from `#` on a line is a comment. In JSON the same text on one line.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct Mask {
     boundary: bool,
-    /// First and last `v` line of each run, counted from 1; ascending, with a gap between two.
+    /// First and last source vertex of each run, counted from 1; ascending, with a gap between two.
     runs: Vec<[Index; 2]>,
 }
 
@@ -31,7 +31,7 @@ pub struct MaskError {
     pub problem: String,
 }
 
-/// The word for the rim.
+/// The word for the boundary of the mesh.
 const BOUNDARY: &str = "boundary";
 
 impl Mask {
@@ -39,14 +39,14 @@ impl Mask {
     pub fn boundary() -> Self {
         Self { boundary: true, runs: Vec::new() }
     }
-    /// Reads the text for a file with so many `v` lines.
-    pub fn parse(text: &str, v_lines: usize) -> Result<Self, MaskError> {
+    /// Reads the text for a mesh with so many source vertices.
+    pub fn parse(text: &str, source_vertices: usize) -> Result<Self, MaskError> {
         let mut mask = Self::default();
         for (line, words) in (1..).zip(text.lines()) {
             let words = words.split('#').next().unwrap_or_default();
             let words = words.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty());
             for word in words {
-                match run(word, v_lines) {
+                match run(word, source_vertices) {
                     _ if word == BOUNDARY => mask.boundary = true,
                     Ok(run) => mask.runs.push(run),
                     Err(problem) => return Err(MaskError { line, word: word.to_owned(), problem }),
@@ -68,17 +68,17 @@ impl Mask {
         self.join_runs();
         self
     }
-    /// The highest `v` line that is named; 0 where none is.
+    /// The highest number of a source vertex that is named; 0 where none is.
     pub fn highest(&self) -> Index {
         self.runs.last().map_or(0, |run| run[1])
     }
-    /// Whether each vertex is picked out; one of several `v` lines is enough. #V
+    /// Whether each vertex is picked out; one of several source vertices is enough. #V
     pub(super) fn of(&self, topology: &Topology, weld: &Weld) -> Vec<bool> {
-        let rim = |v| self.boundary && topology.is_boundary(v);
-        let mut picked: Vec<bool> = (0..topology.vertex_count() as Index).map(rim).collect();
+        let on_boundary = |v| self.boundary && topology.is_boundary(v);
+        let mut picked: Vec<bool> = (0..topology.vertex_count() as Index).map(on_boundary).collect();
         for [first, last] in &self.runs {
-            let lines = weld.vertex_of().get(*first as usize - 1..*last as usize).unwrap_or_default();
-            lines.iter().for_each(|&v| picked[v as usize] = true);
+            let vertices = weld.vertex_of().get(*first as usize - 1..*last as usize).unwrap_or_default();
+            vertices.iter().for_each(|&v| picked[v as usize] = true);
         }
         picked
     }
@@ -95,17 +95,17 @@ impl Mask {
     }
 }
 
-/// `v` lines of a word, or what is wrong with it.
-fn run(word: &str, v_lines: usize) -> Result<[Index; 2], String> {
+/// Source vertices of a word, or what is wrong with it.
+fn run(word: &str, source_vertices: usize) -> Result<[Index; 2], String> {
     let (first, last) = word.split_once('-').unwrap_or((word, word));
     let number = |text: &str| text.parse::<Index>().ok().filter(|_| text.bytes().all(|b| b.is_ascii_digit()));
     let run = number(first).zip(number(last)).map(|(first, last)| [first, last]);
     let run = run.ok_or("is no number of a `v` line, no range of them like 3-9, and not `boundary`")?;
-    let there_are = format!("there are {v_lines} `v` lines, counted from 1");
+    let there_are = format!("there are {source_vertices} `v` lines, counted from 1");
     match run {
         [0, _] => Err(format!("names `v` line 0; {there_are}")),
         [first, last] if first > last => Err("ends before it begins".to_owned()),
-        [_, last] if last as usize > v_lines => Err(format!("names `v` line {last}; {there_are}")),
+        [_, last] if last as usize > source_vertices => Err(format!("names `v` line {last}; {there_are}")),
         run => Ok(run),
     }
 }
