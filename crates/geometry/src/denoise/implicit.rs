@@ -184,8 +184,8 @@ mod tests {
         let settings = Implicit { iterations: 1, time: 3.0, ..Implicit::default() };
         let deltas = deltas(&surface, &settings, &Silent).unwrap();
         let x = surface.moved_by(&deltas);
-        for ((x, way), p) in x.iter().zip(laplacian::uniform(surface.topology(), &x)).zip(surface.positions()) {
-            assert!((*x - 3.0 * way).distance(*p) < 1e-10);
+        for ((x, to_mean), p) in x.iter().zip(laplacian::uniform(surface.topology(), &x)).zip(surface.positions()) {
+            assert!((*x - 3.0 * to_mean).distance(*p) < 1e-10);
         }
     }
 
