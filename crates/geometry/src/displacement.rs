@@ -1,4 +1,4 @@
-//! Texels with bias and scale, as bytes and back: height = bias + scale · texel, texel in 0..=1.
+//! Encoding of displacement maps in image files and back: height = bias + scale · texel, texel in 0..=1.
 
 mod file;
 
@@ -15,22 +15,22 @@ use half::f16;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// What a texel says.
+/// Kind of a displacement map: what its texels hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MapKind {
-    /// How far the noise lifted the vertex along its normal: one channel.
+    /// Texels hold the height h by which noise lifted the vertex along its normal, in one channel.
     #[default]
     Scalar,
-    /// The whole way δ, in the axes of the model: red, green and blue are x, y and z.
+    /// Texels hold the vector δ in the axes of the model: red, green and blue are x, y and z.
     VectorObject,
-    /// The whole way δ, in the tangent frame of the vertex: red along the tangent, green along the bitangent, blue along
-    /// the normal.
+    /// Texels hold the vector δ in the tangent frame of the vertex: red along the tangent, green along the bitangent, blue
+    /// along the normal.
     VectorTangent,
 }
 
 impl MapKind {
-    /// Channels of a texel.
+    /// Number of channels of a texel.
     pub fn planes(self) -> usize {
         match self {
             Self::Scalar => 1,
@@ -39,10 +39,10 @@ impl MapKind {
     }
 }
 
-/// What turns texels into heights.
+/// Encoding of heights as texels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Encoding {
-    /// Of a texel.
+    /// Format of a texel.
     pub texel: TexelFormat,
     /// Height at texel 0, model units.
     pub bias: f32,
@@ -80,12 +80,12 @@ pub fn quantum(texel: TexelFormat) -> f64 {
     }
 }
 
-/// Where a vertex finds its height.
+/// Where a vertex samples its height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Place {
-    /// At a texture coordinate, v up: bilinear between texel centres, clamped at the border.
+    /// The vertex samples at a texture coordinate, v up: bilinear between texel centres, clamped at the border.
     Uv(Vec2),
-    /// In a texel, counted row by row from the top.
+    /// The vertex reads one texel, counted row by row from the top.
     Texel(Index),
 }
 
@@ -95,12 +95,12 @@ pub struct Displacement {
     size: Size,
     kind: MapKind,
     encoding: Encoding,
-    /// Channel by channel, row by row from the top, each a texel of the format in 0..=1.
+    /// Texels in 0..=1 that the format can represent, channel by channel, row by row from the top.
     planes: Vec<Vec<f32>>,
 }
 
 impl Displacement {
-    /// Quantises channels of the same size: each texel becomes the nearest one there is.
+    /// Quantises channels of the same size: each texel becomes the nearest one that the format can represent.
     ///
     /// # Panics
     /// If there are not as many channels as the kind has.
@@ -119,11 +119,11 @@ impl Displacement {
         Self { size: channels[0].size, kind, encoding, planes }
     }
 
-    /// Of the image.
+    /// Size of the image.
     pub fn size(&self) -> Size {
         self.size
     }
-    /// What its texels say.
+    /// Kind of the map.
     pub fn kind(&self) -> MapKind {
         self.kind
     }
@@ -136,13 +136,13 @@ impl Displacement {
         &self.planes
     }
 
-    /// The same texels with another bias and scale, model units: what a slider does.
+    /// Returns the map with another bias and scale, model units, as a slider sets them.
     #[must_use]
     pub fn with_range(&self, bias: f32, scale: f32) -> Self {
         Self { encoding: Encoding { bias, scale, ..self.encoding }, ..self.clone() }
     }
 
-    /// The image file.
+    /// Writes the image file.
     pub fn to_bytes(&self) -> Result<Vec<u8>, EncodeError> {
         file::encode(&self.planes, self.size, self.encoding.texel)
     }

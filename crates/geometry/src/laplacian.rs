@@ -7,7 +7,7 @@ use crate::topology::Topology;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// The mean of the neighbours minus the vertex itself; zero at isolated vertices. #V×3
+/// Uniform Laplacian: the mean of the neighbours minus the vertex itself; zero at isolated vertices. #V×3
 pub fn uniform(topology: &Topology, positions: &[DVec3]) -> Vec<DVec3> {
     let towards_mean = |(v, &p): (usize, &DVec3)| {
         let ring = topology.rings().get(v as Index);

@@ -1,4 +1,4 @@
-//! How far a denoised mesh is from the clean one.
+//! Errors of a denoised mesh against the clean one.
 //!
 //! Definitions as in the literature's evaluation scripts: Ea is the mean angle between the normals of corresponding
 //! faces, distances are from the vertices of one mesh to the surface of the other, in mean edge lengths of the clean
@@ -17,88 +17,88 @@ use glam::DVec3;
 use serde::Serialize;
 use triangles::{Edges, Shapes};
 
-/// Why two meshes cannot be compared.
+/// Reasons why two meshes cannot be compared.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CompareError {
-    /// Different numbers of vertices or triangles.
+    /// The meshes have different numbers of vertices or triangles.
     #[error(
         "the clean mesh has {clean_vertices} vertices and {clean_faces} triangles, this one {vertices} and {faces}"
     )]
     Counts {
-        /// Of the clean mesh.
+        /// Number of vertices of the clean mesh.
         clean_vertices: usize,
-        /// Of the clean mesh.
+        /// Number of triangles of the clean mesh.
         clean_faces: usize,
-        /// Of the other.
+        /// Number of vertices of the other mesh.
         vertices: usize,
-        /// Of the other.
+        /// Number of triangles of the other mesh.
         faces: usize,
     },
-    /// Different triangles.
+    /// The triangle with this index joins other vertices than in the clean mesh.
     #[error("triangle {0} joins other vertices than in the clean mesh")]
     Connectivity(usize),
 }
 
-/// What is measured; the field names in JSON are those of the table's columns.
+/// Errors of a mesh; the field names in JSON are those of the table's columns.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
-    /// Vertices.
+    /// Number of vertices.
     #[serde(rename = "V")]
     pub vertices: usize,
-    /// Triangles.
+    /// Number of triangles.
     #[serde(rename = "F")]
     pub faces: usize,
-    /// Whether each edge of the clean mesh has two triangles.
+    /// True if each edge of the clean mesh has two triangles.
     pub closed: bool,
     /// Mean angle between corresponding face normals, degrees.
     #[serde(rename = "Ea_deg")]
     pub ea: f64,
-    /// The same weighted by the clean area.
+    /// Mean angle between corresponding face normals, weighted by the clean area, degrees.
     #[serde(rename = "Ea_area_deg")]
     pub ea_area: f64,
-    /// Median.
+    /// Median angle between corresponding face normals, degrees.
     #[serde(rename = "Ea_median_deg")]
     pub ea_median: f64,
-    /// Root mean square.
+    /// Root mean square angle between corresponding face normals, degrees.
     #[serde(rename = "Ea_rms_deg")]
     pub ea_rms: f64,
-    /// 95th percentile.
+    /// 95th percentile of the angles between corresponding face normals, degrees.
     #[serde(rename = "Ea_p95_deg")]
     pub ea_p95: f64,
-    /// Share of faces off by more than 5°, per cent.
+    /// Percentage of the faces whose normals differ by more than 5°.
     pub off5_pct: f64,
-    /// Share of faces off by more than 15°, per cent.
+    /// Percentage of the faces whose normals differ by more than 15°.
     pub off15_pct: f64,
     /// Mean distance of the vertices to the clean surface, mean edge lengths.
     #[serde(rename = "d_mean_el")]
     pub d_mean: f64,
-    /// The largest.
+    /// Largest distance of a vertex to the clean surface, mean edge lengths.
     #[serde(rename = "d_max_el")]
     pub d_max: f64,
-    /// Root mean square.
+    /// Root mean square distance of the vertices to the clean surface, mean edge lengths.
     #[serde(rename = "d_rms_el")]
     pub d_rms: f64,
-    /// Mean distance of the clean vertices to the surface.
+    /// Mean distance of the clean vertices to the surface of the result, mean edge lengths.
     #[serde(rename = "drev_mean_el")]
     pub drev_mean: f64,
-    /// The largest: catches features that were lost.
+    /// Largest distance of a clean vertex to the surface of the result, mean edge lengths: features that were lost show here.
     #[serde(rename = "drev_max_el")]
     pub drev_max: f64,
-    /// Mean distance between corresponding vertices.
+    /// Mean distance between corresponding vertices, mean edge lengths.
     #[serde(rename = "vtx_mean_el")]
     pub vertex_mean: f64,
-    /// Area-weighted L2 vertex-to-surface error / diagonal of the bounding box · 1000.
+    /// Area-weighted L2 vertex-to-surface error Ev over the diagonal of the bounding box, times 1000.
     #[serde(rename = "Ev_1e-3")]
     pub ev: f64,
-    /// 100 (volume / clean volume − 1); none for open meshes.
+    /// Change of the volume against the clean mesh, per cent; `None` for open meshes.
     pub vol_change_pct: Option<f64>,
-    /// Faces more than 90° off.
+    /// Number of faces whose normals differ by more than 90°.
     pub flipped: usize,
-    /// Faces that have become slivers or points: area below 1e-6 of the mean, or an angle below half a degree.
+    /// Number of faces that have become slivers or points: area below 1e-6 of the mean, or an angle below half a degree.
     pub degenerate: usize,
-    /// Edges that have become folded: more than 150° between their faces.
+    /// Number of edges that have become folded: more than 150° between their faces.
     pub fold_edges: usize,
-    /// Of the clean mesh, model units.
+    /// Mean edge length of the clean mesh, model units.
     pub mean_edge: f64,
     /// Diagonal of the clean mesh's bounding box, model units.
     pub bbox_diag: f64,
@@ -226,7 +226,7 @@ fn mean(of: impl ExactSizeIterator<Item = f64>) -> f64 {
     of.sum::<f64>() / count as f64
 }
 
-/// Linear interpolation between order statistics of a sorted list, as numpy does it; NaN for an empty one.
+/// Percentile of a sorted list by linear interpolation between order statistics, as numpy does it; NaN for an empty list.
 pub fn percentile(sorted: &[f64], share: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
     let rank = share * last as f64;

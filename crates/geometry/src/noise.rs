@@ -7,30 +7,30 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal, UnitSphere};
 
-/// Noise that is drawn independently for each vertex.
+/// Settings of noise that is drawn independently for each vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
     /// Standard deviation of the displacement, in mean edge lengths.
     pub sigma: f64,
-    /// Where vertices go.
+    /// Direction of the displacements.
     pub direction: Direction,
-    /// Share of the vertices that are hit, 0..=1; below 1 the noise is impulsive.
+    /// Fraction of the vertices that are displaced, 0..=1; below 1 the noise is impulsive.
     pub share: f64,
-    /// The same seed gives the same noise.
+    /// Seed of the random numbers: the same seed gives the same noise.
     pub seed: u64,
 }
 
-/// Where noise takes a vertex.
+/// Direction in which noise displaces a vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Direction {
-    /// Along its angle-weighted normal, as a depth sensor errs.
+    /// Along the angle-weighted normal, as depth sensors err.
     #[default]
     Normal,
-    /// Anywhere: a uniformly random direction.
+    /// In a uniformly random direction.
     Random,
 }
 
-/// Displacements with Gaussian lengths. #V×3, model units; zero for vertices that are not hit.
+/// Displacements with Gaussian lengths; zero for vertices that are not displaced. #V×3, model units
 pub fn displacements(surface: &Surface, noise: &Noise) -> Vec<DVec3> {
     let length = noise.sigma * surface.mean_edge();
     let normals = match noise.direction {
@@ -42,13 +42,13 @@ pub fn displacements(surface: &Surface, noise: &Noise) -> Vec<DVec3> {
     vertices.map(|v| one(&mut random, noise, length, normals.get(v).copied())).collect()
 }
 
-/// The surface with noise added to its vertices.
+/// Adds noise to the vertices of a surface.
 pub fn noisy(surface: &Surface, noise: &Noise) -> Surface {
     let displacements = displacements(surface, noise);
     surface.at(surface.positions().iter().zip(displacements).map(|(p, d)| *p + d).collect())
 }
 
-/// Draws the same numbers whether the vertex is hit or not, so that a share changes no other vertex.
+/// Draws the same numbers whether the vertex is displaced or not, so that the fraction changes no other vertex.
 fn one(random: &mut impl Rng, noise: &Noise, length: f64, normal: Option<DVec3>) -> DVec3 {
     let gaussian: f64 = StandardNormal.sample(random);
     let anywhere: [f64; 3] = UnitSphere.sample(random);

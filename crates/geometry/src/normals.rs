@@ -1,4 +1,4 @@
-//! Vertex normals, and heights along them.
+//! Face normals, vertex normals, and heights along vertex normals.
 
 use crate::ragged::Index;
 use crate::surface::Surface;
@@ -6,16 +6,16 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// How the normals of the faces around a vertex are weighted.
+/// Weights of the face normals in a vertex normal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum FaceWeight {
     /// Each face counts once (Gouraud 1971).
     Uniform,
-    /// By area.
+    /// Each face counts by its area.
     Area,
-    /// By the angle at the vertex (Thürmer & Wüthrich 1998); independent of how a plane is cut into faces, and what
-    /// Blender displaces along.
+    /// Each face counts by its angle at the vertex (Thürmer & Wüthrich 1998). The result does not depend on how a plane is cut
+    /// into faces, and Blender displaces along these normals.
     #[default]
     Angle,
 }
@@ -51,9 +51,10 @@ pub fn corner_angle(surface: &Surface, corner: Index) -> f64 {
     a.cross(b).length().atan2(a.dot(b))
 }
 
-/// How far each vertex was lifted: hᵢ = ⟨δᵢ, nᵢ⟩, model units, positive outwards; 0 where there is no normal. #V
+/// Heights hᵢ = ⟨δᵢ, nᵢ⟩ of displacements along vertex normals, model units, positive outwards; 0 without a normal. #V
 ///
-/// Takes the normals as the GPU has them: the height must belong to the very vector it is applied along.
+/// The normals are those that the GPU has, in single precision: a height must belong to the very vector that it is applied
+/// along.
 pub fn heights(deltas: &[DVec3], normals: &[Vec3]) -> Vec<f64> {
     deltas.par_iter().zip(normals).map(|(delta, n)| delta.dot(n.as_dvec3())).collect()
 }

@@ -1,9 +1,9 @@
-//! Lists of varying length in one allocation.
+//! Lists of varying length in one allocation, in compressed row storage (CSR).
 
 /// Index of a vertex, face, corner, edge or uv vertex.
 pub type Index = u32;
 
-/// Compressed rows: list `i` is `items[starts[i]..starts[i + 1]]`.
+/// Ragged array, or jagged array: list `i` is `items[starts[i]..starts[i + 1]]`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Ragged<T> {
     starts: Vec<Index>,
@@ -36,36 +36,36 @@ impl<T> Ragged<T> {
     pub fn len(&self) -> usize {
         self.starts.len() - 1
     }
-    /// Whether there is no list at all.
+    /// Returns true if there is no list at all.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
-    /// Positions in [`Self::items`] of list `i`.
+    /// Range of list `i` in [`Self::items`].
     pub fn range(&self, i: Index) -> std::ops::Range<usize> {
         self.starts[i as usize] as usize..self.starts[i as usize + 1] as usize
     }
-    /// List `i`.
+    /// Items of list `i`.
     pub fn get(&self, i: Index) -> &[T] {
         &self.items[self.range(i)]
     }
-    /// The lists in order.
+    /// Iterates over the lists in order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &[T]> + Clone {
         self.starts.windows(2).map(|w| &self.items[w[0] as usize..w[1] as usize])
     }
-    /// All items, list after list.
+    /// Items of all lists, list after list.
     pub fn items(&self) -> &[T] {
         &self.items
     }
 }
 
 impl<T: Copy + Default> Ragged<T> {
-    /// Adds the lists of another one.
+    /// Appends the lists of another ragged array.
     pub(crate) fn append(&mut self, other: &Self) {
         let shift = self.items.len() as Index;
         self.items.extend_from_slice(&other.items);
         self.starts.extend(other.starts[1..].iter().map(|start| start + shift));
     }
-    /// Sorts pairs into `count` lists by their key; within a list the order of the pairs stays.
+    /// Groups pairs into `count` lists by their key; within a list the order of the pairs is kept.
     pub fn group<I>(count: usize, pairs: I) -> Self
     where
         I: Iterator<Item = (Index, T)> + Clone,
@@ -86,7 +86,7 @@ impl<T: Copy + Default> Ragged<T> {
         }
         Self { starts, items }
     }
-    /// Lets `edit` reorder each list in place.
+    /// Calls `edit` on each list, which may change it in place.
     pub(crate) fn for_each_mut(&mut self, mut edit: impl FnMut(&mut [T])) {
         for w in self.starts.windows(2) {
             edit(&mut self.items[w[0] as usize..w[1] as usize]);

@@ -1,17 +1,17 @@
-//! A sparse matrix in compressed rows.
+//! Sparse matrices in compressed row storage (CSR).
 
 use crate::ragged::{Index, Ragged};
 use rayon::prelude::*;
 use std::ops::{Add, Mul};
 
-/// Rows of (column, value), columns ascending.
+/// Sparse matrix: each row is a list of entries (column, value) with ascending columns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Csr {
     rows: Ragged<(Index, f64)>,
 }
 
 impl Csr {
-    /// Sums entries that share row and column, in the order in which they come.
+    /// Builds a matrix from entries (row, column, value). Entries with the same row and column are summed in their order.
     pub fn from_triplets<I>(rows: usize, triplets: I) -> Self
     where
         I: Iterator<Item = (Index, Index, f64)> + Clone,
@@ -25,19 +25,19 @@ impl Csr {
         }
         Self { rows: merged }
     }
-    /// (column, value) of row `i`.
+    /// Entries (column, value) of row `i`.
     pub fn row(&self, i: Index) -> &[(Index, f64)] {
         self.rows.get(i)
     }
-    /// All rows.
+    /// Iterates over the rows.
     pub fn rows(&self) -> impl ExactSizeIterator<Item = &[(Index, f64)]> {
         self.rows.iter()
     }
-    /// The same matrix with other values.
+    /// Matrix with the same structure and other values.
     pub fn map_rows(&self, row: impl Fn(&[(Index, f64)]) -> Vec<(Index, f64)>) -> Self {
         Self { rows: self.rows.iter().map(row).collect() }
     }
-    /// Row `i` times a column.
+    /// Product of row `i` and a vector.
     #[inline]
     pub fn row_times<T>(&self, i: usize, x: &[T]) -> T
     where
@@ -45,7 +45,7 @@ impl Csr {
     {
         self.row(i as Index).iter().fold(T::default(), |sum, &(j, w)| sum + x[j as usize] * w)
     }
-    /// Matrix times a column of numbers or vectors.
+    /// Product of the matrix and a vector, whose entries are numbers or vectors of three.
     pub fn times<T>(&self, x: &[T]) -> Vec<T>
     where
         T: Copy + Default + Send + Sync + Add<Output = T> + Mul<f64, Output = T>,

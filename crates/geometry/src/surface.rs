@@ -1,4 +1,4 @@
-//! A topology with positions.
+//! Polygon meshes with positions.
 
 use crate::polygon;
 use crate::ragged::{Index, Ragged};
@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 /// A polygon mesh in space.
 ///
-/// Invariant: one position for each vertex; the triangles are made of corners of one face each.
+/// Invariant: there is one position for each vertex, and the corners of a triangle belong to one face.
 #[derive(Clone, Debug)]
 pub struct Surface {
     topology: Topology,
@@ -17,7 +17,7 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Puts a topology in space (#V×3, model units) and triangulates its polygons.
+    /// Combines connectivity and positions (#V×3, model units) and triangulates the polygons.
     ///
     /// # Panics
     /// If there is not one position for each vertex.
@@ -26,7 +26,7 @@ impl Surface {
         let triangles = triangulate(topology.faces(), &positions);
         Self { topology, positions, triangles }
     }
-    /// The same mesh at other places (#V×3); its triangulation stays.
+    /// Returns the mesh with other positions (#V×3, model units); its triangulation stays.
     ///
     /// # Panics
     /// If there is not one position for each vertex.
@@ -34,17 +34,15 @@ impl Surface {
         assert_eq!(positions.len(), self.positions.len(), "one position for each vertex");
         Self { positions, ..self.clone() }
     }
-    /// Positions after displacements δ (#V×3, model units) were subtracted: p − δ. #V×3, model units
-    ///
-    /// This is where denoising with these δ puts the vertices.
+    /// Positions p − δ, where denoising with displacements δ (#V×3, model units) puts the vertices. #V×3, model units
     pub fn moved_by(&self, deltas: &[DVec3]) -> Vec<DVec3> {
         self.positions.iter().zip(deltas).map(|(p, delta)| *p - *delta).collect()
     }
-    /// Who touches whom.
+    /// Connectivity of the mesh.
     pub fn topology(&self) -> &Topology {
         &self.topology
     }
-    /// #V×3, model units.
+    /// Positions of the vertices. #V×3, model units
     pub fn positions(&self) -> &[DVec3] {
         &self.positions
     }
@@ -94,7 +92,7 @@ impl Surface {
         let length = |e: &[Index; 2]| self.positions[e[0] as usize].distance(self.positions[e[1] as usize]);
         edges.iter().map(length).sum::<f64>() / edges.len().max(1) as f64
     }
-    /// Lowest and highest coordinates of the vertices that faces use.
+    /// Bounding box, lowest and highest corner, of the vertices that faces use.
     pub fn bounds(&self) -> [DVec3; 2] {
         let used = (0..).zip(&self.positions).filter(|(v, _)| !self.topology.is_isolated(*v));
         used.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], (_, p)| [low.min(*p), high.max(*p)])

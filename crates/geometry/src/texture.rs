@@ -1,7 +1,8 @@
-//! From heights at vertices to texels: raster → gutter (or scattered samples everywhere) → fit.
+//! From heights at vertices to texels: triangles are rasterised, texels outside the charts are filled, and the texels that
+//! vertices sample are fitted.
 //!
 //! Texel space has its origin at the top left corner of the image, x to the right and y down; the centre of texel
-//! (i, j) is at (i + ½, j + ½). [`Size::texel_from_uv`] is the only place that turns v over.
+//! (i, j) is at (i + ½, j + ½). [`Size::texel_from_uv`] is the only function that flips v.
 
 pub mod findings;
 pub mod fit;
@@ -28,29 +29,29 @@ use rayon::prelude::*;
 use scatter::Scatter;
 use serde::{Deserialize, Serialize};
 
-/// How texels get their height.
+/// Interpolation of the heights between vertices.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Interpolation {
     /// Linear in each triangle of the mesh; between the charts linear on the Delaunay triangulation of their outlines.
     #[default]
     Barycentric,
-    /// Natural neighbours of the wedges (Sibson 1981), which knows nothing of the mesh.
+    /// By natural neighbours of the wedges (Sibson 1981), whatever the triangles of the mesh.
     Natural,
-    /// The eight nearest wedges, weighted by 1/distance² (Shepard 1968).
+    /// As the mean of the eight nearest wedges, weighted by 1/distance² (Shepard 1968).
     Idw,
-    /// The nearest wedge.
+    /// As the height of the nearest wedge.
     Nearest,
 }
 
-/// What is done to the texels that vertices sample.
+/// Treatment of the texels that vertices sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Texels {
-    /// They are moved until sampling gives each vertex its height.
+    /// Texels are fitted until sampling gives each vertex its height.
     #[default]
     Fitted,
-    /// They stay as interpolated.
+    /// Texels stay as interpolated.
     Interpolated,
 }
 
@@ -102,29 +103,29 @@ pub fn bake(
     Ok(HeightMap { size, texels })
 }
 
-/// How exact a fitted map shall be.
+/// Required accuracy of a fitted map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exactness {
-    /// Step between two values of what the map will be encoded in, as a share of its range.
+    /// Step between two values of the encoding, as a fraction of its range.
     pub quantum: f64,
-    /// How far a vertex may be off after encoding, quanta; half of one is lost to encoding itself.
+    /// Largest error of a vertex after encoding, quanta; encoding alone takes half a quantum.
     pub tolerance: f64,
 }
 
 impl Exactness {
-    /// Share of the range at which a sample counts as met by the solver. Texels are in single precision whatever they
+    /// Error at which the solver takes a sample as met, as a fraction of the range. Texels are in single precision whatever they
     /// are encoded in.
     fn residual(self) -> f64 {
         self.quantum.max(f64::from(f32::EPSILON)) / 8.0
     }
-    /// Share of the range that a sample may be off before encoding.
+    /// Largest error of a sample before encoding, as a fraction of the range.
     fn allowed(self) -> f64 {
         ((self.tolerance - 0.5) * self.quantum).max(self.residual())
     }
 }
 
-/// Moves the texels of a map until each wedge samples the height of its vertex (#V, model units), as far as the layout
-/// allows, to an eighth of a quantum; texels may leave the range of the heights by a quarter of it.
+/// Fits the texels of a map until each wedge samples the height of its vertex (#V, model units) to an eighth of a quantum, as
+/// far as the layout allows; texels may leave the range of the heights by a quarter of it.
 pub fn fit(
     map: &mut HeightMap,
     atlas: &Atlas,
@@ -144,14 +145,14 @@ pub fn fit(
     fit::fit(&mut map.texels, map.size, &samples, exactness, progress)
 }
 
-/// Value at a place in a triangle; never outside the values at its corners, whatever the rounding.
+/// Interpolated height at barycentric coordinates of a triangle; rounding never takes it outside the heights at the corners.
 fn in_triangle(surface: &Surface, heights: &[f64], (triangle, weights): (Index, DVec3)) -> f64 {
     let corners = surface.triangle_corners()[triangle as usize];
     let h = DVec3::from(corners.map(|c| heights[surface.topology().vertex(c) as usize]));
     h.dot(weights).clamp(h.min_element(), h.max_element())
 }
 
-/// Fills an image row by row on all threads. Each row gets a function of its own from `row_worker`.
+/// Fills an image on all threads, row by row; `row_worker` makes the function that gives the texels of a row.
 fn per_texel<T, F>(
     size: Size,
     empty: T,

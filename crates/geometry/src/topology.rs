@@ -1,13 +1,13 @@
-//! Who touches whom. Knows indices only, never a position.
+//! Connectivity of polygon meshes: which vertices, edges and faces are adjacent. It knows indices only, never a position.
 //!
-//! A corner is a place in the list of all face corners; it stands for its vertex and for the edge to the next
-//! corner of its face. Nothing is refused: what is not a manifold is listed and left to the reader.
+//! A corner is an index in the list of all face corners; it stands for its vertex and for the edge to the next corner of
+//! its face (a half-edge). Nothing is refused: non-manifold edges and vertices are listed and left to the caller.
 
 use crate::ragged::{Index, Ragged};
 use crate::union_find::UnionFind;
 use rayon::prelude::*;
 
-/// Polygons with their neighbourhoods.
+/// Connectivity of polygons over vertices.
 ///
 /// Invariant: no face names a vertex twice in a row, and each has at least three corners.
 #[derive(Clone, Debug)]
@@ -22,21 +22,21 @@ pub struct Topology {
     boundary: Vec<bool>,
 }
 
-/// How an edge is used by faces.
+/// Kind of an edge by the faces that use it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EdgeKind {
-    /// By one.
+    /// The edge has one face.
     Boundary,
-    /// By two that walk along it in opposite directions.
+    /// The edge has two faces with consistent orientation: they run along it in opposite directions.
     Interior,
-    /// By two that walk along it in the same direction: one of them is turned over.
+    /// The edge has two faces that run along it in the same direction: one of them is flipped.
     Misoriented,
-    /// By three or more.
+    /// The edge has three or more faces.
     NonManifold,
 }
 
 impl Topology {
-    /// Builds the neighbourhoods of `faces` over `vertex_count` vertices.
+    /// Builds the connectivity of `faces` over `vertex_count` vertices.
     ///
     /// # Panics
     /// If a face breaks the invariant or names a vertex that does not exist; [`tidy`] makes faces that fit.
@@ -66,11 +66,11 @@ impl Topology {
     pub fn vertex_count(&self) -> usize {
         self.vertex_count
     }
-    /// Vertices of each face, counter-clockwise seen from outside.
+    /// Vertices of each face, counter-clockwise seen from outside. #F lists
     pub fn faces(&self) -> &Ragged<Index> {
         &self.faces
     }
-    /// Vertex at a corner.
+    /// Vertex of a corner.
     pub fn vertex(&self, corner: Index) -> Index {
         self.faces.items()[corner as usize]
     }
@@ -78,41 +78,41 @@ impl Topology {
     pub fn face(&self, corner: Index) -> Index {
         self.corner_face[corner as usize]
     }
-    /// The next corner of the same face.
+    /// Next corner of the same face.
     pub fn next(&self, corner: Index) -> Index {
         let range = self.faces.range(self.face(corner));
         if corner as usize + 1 == range.end { range.start as Index } else { corner + 1 }
     }
-    /// The corner before it of the same face.
+    /// Previous corner of the same face.
     pub fn previous(&self, corner: Index) -> Index {
         let range = self.faces.range(self.face(corner));
         if corner as usize == range.start { range.end as Index - 1 } else { corner - 1 }
     }
-    /// Corners at a vertex, ascending.
+    /// Corners of a vertex, ascending.
     pub fn corners(&self, vertex: Index) -> &[Index] {
         self.vertex_corners.get(vertex)
     }
-    /// End points of each edge, lower first, sorted.
+    /// End points of each edge, the lower one first, in ascending order. #E×2
     pub fn edges(&self) -> &[[Index; 2]] {
         &self.edges
     }
-    /// Corners that walk along each edge.
+    /// Corners that run along each edge. #E lists
     pub fn edge_corners(&self) -> &Ragged<Index> {
         &self.edge_corners
     }
-    /// Neighbours of each vertex along edges, ascending.
+    /// Vertices that share an edge with each vertex (its one-ring), ascending. #V lists
     pub fn rings(&self) -> &Ragged<Index> {
         &self.rings
     }
-    /// Whether a vertex lies on an edge with one face only.
+    /// Returns true if a vertex lies on an edge with only one face.
     pub fn is_boundary(&self, vertex: Index) -> bool {
         self.boundary[vertex as usize]
     }
-    /// Whether no face names the vertex.
+    /// Returns true if no face names the vertex.
     pub fn is_isolated(&self, vertex: Index) -> bool {
         self.corners(vertex).is_empty()
     }
-    /// How an edge is used.
+    /// Kind of an edge.
     pub fn edge_kind(&self, edge: Index) -> EdgeKind {
         match *self.edge_corners.get(edge) {
             [_] => EdgeKind::Boundary,
@@ -121,7 +121,7 @@ impl Topology {
             _ => EdgeKind::NonManifold,
         }
     }
-    /// Vertices whose faces are not one fan: a bow tie, or an end of a non-manifold edge. Ascending.
+    /// Non-manifold vertices, ascending: their faces do not form one fan, as at a bow tie or at an end of a non-manifold edge.
     pub fn non_manifold_vertices(&self) -> Vec<Index> {
         let mut singular = vec![false; self.vertex_count];
         for (&[a, b], corners) in self.edges.iter().zip(self.edge_corners.iter()) {
@@ -134,7 +134,7 @@ impl Topology {
         vertices.filter(|&v| singular[v as usize] || self.fans(v) > 1).collect()
     }
 
-    /// Pieces into which the faces at a vertex fall when joined along its edges.
+    /// Number of fans that the faces at a vertex form when they are joined along its edges.
     fn fans(&self, vertex: Index) -> usize {
         let ring = self.rings.get(vertex);
         let mut sheets = UnionFind::new(ring.len());
@@ -144,7 +144,7 @@ impl Topology {
             self.corners(vertex).iter().filter(|&&c| sheets.join(place(self.next(c)), place(self.previous(c))));
         ring.len() - joined.count()
     }
-    /// Component of each vertex, joined along edges, and how many there are; isolated vertices count as one each.
+    /// Connected component of each vertex, and the number of components; an isolated vertex is a component of its own.
     pub fn components(&self) -> (Vec<Index>, usize) {
         let mut component = vec![Index::MAX; self.vertex_count];
         let mut count = 0;
@@ -169,7 +169,7 @@ impl Topology {
     }
 }
 
-/// Edges sorted by their end points, each with the corners that walk along it in the order of the faces.
+/// Edges sorted by their end points, each with the corners that run along it, in the order of the faces.
 fn find_edges(vertex_count: usize, faces: &Ragged<Index>) -> (Vec<[Index; 2]>, Ragged<Index>) {
     let halves = faces.iter().zip(0..).flat_map(|(face, f)| {
         let first = faces.range(f).start as Index;
@@ -190,23 +190,23 @@ fn find_edges(vertex_count: usize, faces: &Ragged<Index>) -> (Vec<[Index; 2]>, R
     (edges, edge_corners)
 }
 
-/// Faces that a [`Topology`] takes, and what had to be left out of them.
+/// Faces that satisfy the invariant of [`Topology`], and the faces of the input that had to be left out.
 #[derive(Clone, Debug, Default)]
 pub struct TidyFaces {
-    /// Vertices of each face.
+    /// Vertices of each face. #F lists
     pub faces: Ragged<Index>,
-    /// For each corner of `faces` the corner of the input it came from.
+    /// Corner of the input for each corner of `faces`.
     pub source_corners: Vec<Index>,
-    /// For each face the face of the input.
+    /// Face of the input for each face. #F
     pub source_faces: Vec<Index>,
-    /// Faces of the input with fewer than three different vertices in a row.
+    /// Faces of the input with fewer than three different vertices in a row, which were left out.
     pub degenerate: Vec<Index>,
-    /// Faces of the input with the same vertices as an earlier one: a second layer that would count twice
-    /// in a normal, or cancel it where it is turned over.
+    /// Faces of the input with the same vertices as an earlier one, which were left out: a second layer would count twice in
+    /// a normal, or cancel it if it is flipped.
     pub duplicate: Vec<Index>,
 }
 
-/// Drops repeated corners, faces that collapse, and second layers.
+/// Drops repeated corners, collapsed faces, and second layers of faces.
 pub fn tidy(vertex_count: usize, input: &Ragged<Index>) -> TidyFaces {
     let mut out = TidyFaces::default();
     let duplicate = duplicates(vertex_count, input);
@@ -226,13 +226,13 @@ pub fn tidy(vertex_count: usize, input: &Ragged<Index>) -> TidyFaces {
     out
 }
 
-/// Not so in a face that goes to and fro between two vertices.
+/// Returns false for a face that goes to and fro between two vertices.
 fn has_three_vertices(face: &[Index]) -> bool {
     let third = |&v: &Index| v != face[0] && face.iter().any(|&w| w != face[0] && w != v);
     face.iter().any(third)
 }
 
-/// Corners of a face that do not repeat the one before.
+/// Corners of a face that do not repeat the previous one.
 fn kept(face: &[Index]) -> impl Iterator<Item = usize> {
     (0..face.len()).filter(|&k| face[k] != face[(k + face.len() - 1) % face.len()])
 }

@@ -8,7 +8,7 @@
 //! boundary here.
 
 use super::Boundary;
-use super::conjugate_gradients::{CHUNK, Stop, multiply, solve};
+use super::conjugate_gradients::{CHUNK, ConjugateGradients, Stop, multiply};
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
 use crate::sparse::Csr;
@@ -89,7 +89,8 @@ impl Umbrella {
         let stop = Stop { tolerance: 1e-4, max_steps: 100 };
         let guess = vec![DVec3::ZERO; x.len()];
         let ones = vec![1.0; x.len()];
-        let offsets = solve(|w, out| product(w, out, 1.0), &ones, &right, guess, stop, progress)?;
+        let mut solver = ConjugateGradients::new(&ones);
+        let offsets = solver.solve_from(|w, out| product(w, out, 1.0), guess, &right, stop, progress)?;
         Ok(x.iter().zip(offsets).map(|(x, offset)| *x + offset).collect())
     }
 }

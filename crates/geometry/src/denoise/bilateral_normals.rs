@@ -10,7 +10,7 @@
 //! equal, as in the code that produced the figures in the literature.
 
 use super::Boundary;
-use super::conjugate_gradients::{Stop, multiply, solve};
+use super::conjugate_gradients::{ConjugateGradients, Stop, multiply};
 use super::face_geometry::{FaceGeometry, filter_normals};
 use super::triangle_mesh::TriangleMesh;
 use super::vertex_update::{Updater, VertexUpdate};
@@ -173,6 +173,7 @@ fn global(
         multiply(x, out, |f| (1.0 - smoothness) * transposed.row_times(f, &differences) + smoothness * x[f])
     };
     let right: Vec<DVec3> = normals.iter().map(|n| smoothness * *n).collect();
-    let solution = solve(operator, &diagonal, &right, normals.to_vec(), Stop::default(), progress)?;
+    let mut solver = ConjugateGradients::new(&diagonal);
+    let solution = solver.solve_from(operator, normals.to_vec(), &right, Stop::default(), progress)?;
     Ok(solution.iter().zip(normals).map(|(x, n)| x.try_normalize().unwrap_or(*n)).collect())
 }

@@ -116,23 +116,6 @@ pub(super) fn multiply(x: &[DVec3], out: &mut [DVec3], row: impl Fn(usize) -> DV
     }))
 }
 
-/// Solves A x = b from a first guess; `operator` writes A x into its second argument and returns xᵀ A x. #rows×3
-pub(super) fn solve(
-    mut operator: impl FnMut(&[DVec3], &mut [DVec3]) -> f64,
-    diagonal: &[f64],
-    right: &[DVec3],
-    guess: Vec<DVec3>,
-    stop: Stop,
-    progress: &dyn Progress,
-) -> Result<Vec<DVec3>, Cancelled> {
-    let mut x = guess;
-    let mut product = vec![DVec3::ZERO; right.len()];
-    operator(&x, &mut product);
-    let sides = |_: &[DVec3], i: usize| [right[i], product[i]];
-    ConjugateGradients::new(diagonal).solve(operator, &mut x, sides, stop, progress)?;
-    Ok(x)
-}
-
 /// Preconditioner and work vectors, for one solve after the other with the same preconditioner.
 pub(super) struct ConjugateGradients<V: Vector> {
     /// M⁻¹.
@@ -192,7 +175,23 @@ impl ConjugateGradients<Vec<DVec3>> {
         Self::with(inverse, vec![DVec3::ZERO; diagonal.len()])
     }
 
-    /// Moves `x` to the solution; `sides` gives row i of b and of A x, and `operator` is as for [`solve`].
+    /// Solves A x = b from a first guess; `operator` writes A x into its second argument and returns xᵀ A x. #rows×3
+    pub(super) fn solve_from(
+        &mut self,
+        mut operator: impl FnMut(&[DVec3], &mut [DVec3]) -> f64,
+        guess: Vec<DVec3>,
+        right: &[DVec3],
+        stop: Stop,
+        progress: &dyn Progress,
+    ) -> Result<Vec<DVec3>, Cancelled> {
+        let mut x = guess;
+        let mut product = vec![DVec3::ZERO; right.len()];
+        operator(&x, &mut product);
+        self.solve(operator, &mut x, |_, i| [right[i], product[i]], stop, progress)?;
+        Ok(x)
+    }
+
+    /// Moves `x` to the solution; `sides` gives row i of b and of A x, and `operator` is as for [`Self::solve_from`].
     pub(super) fn solve(
         &mut self,
         mut operator: impl FnMut(&[DVec3], &mut [DVec3]) -> f64,
@@ -232,7 +231,8 @@ mod tests {
         let mut right = vec![DVec3::ZERO; count];
         right[count - 1] = DVec3::ONE;
         let guess = vec![DVec3::ZERO; count];
-        let x = solve(system, &[2.0; 50], &right, guess, Stop::default(), &Silent).unwrap();
+        let x =
+            ConjugateGradients::new(&[2.0; 50]).solve_from(system, guess, &right, Stop::default(), &Silent).unwrap();
         for (i, x) in x.iter().enumerate() {
             let expected = (i + 1) as f64 / (count + 1) as f64;
             // The condition number is about 1000, and the residual 1e-10.

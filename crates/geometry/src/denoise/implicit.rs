@@ -8,7 +8,7 @@
 //! area around a vertex in units of its mean, which makes the step one of mean curvature flow. The unknown is x − p, so the
 //! origin does not matter.
 
-use super::conjugate_gradients::{Stop, multiply, solve};
+use super::conjugate_gradients::{ConjugateGradients, Stop, multiply};
 use super::{Boundary, EdgeWeights};
 use crate::laplacian;
 use crate::progress::{Cancelled, Progress};
@@ -134,7 +134,8 @@ impl System {
         let diagonal: Vec<f64> = (0..).zip(self.matrix.rows()).map(own).collect();
         let product = |x: &[DVec3], out: &mut [DVec3]| multiply(x, out, |v| self.matrix.row_times(v, x));
         let guess = vec![DVec3::ZERO; right.len()];
-        solve(product, &diagonal, right, guess, Stop { tolerance: 1e-12, ..Stop::default() }, progress)
+        let stop = Stop { tolerance: 1e-12, ..Stop::default() };
+        ConjugateGradients::new(&diagonal).solve_from(product, guess, right, stop, progress)
     }
 
     /// Cholesky factors; `None` if rounding has made the matrix indefinite, in which case conjugate gradients are used.
@@ -183,8 +184,8 @@ mod tests {
         let settings = Implicit { iterations: 1, time: 3.0, ..Implicit::default() };
         let deltas = deltas(&surface, &settings, &Silent).unwrap();
         let x = surface.moved_by(&deltas);
-        for ((x, way), p) in x.iter().zip(laplacian::uniform(surface.topology(), &x)).zip(surface.positions()) {
-            assert!((*x - 3.0 * way).distance(*p) < 1e-10);
+        for ((x, to_mean), p) in x.iter().zip(laplacian::uniform(surface.topology(), &x)).zip(surface.positions()) {
+            assert!((*x - 3.0 * to_mean).distance(*p) < 1e-10);
         }
     }
 

@@ -10,7 +10,7 @@
 //! published code averages the signed angles, which cancel, and so takes almost no λ.)
 
 use super::Boundary;
-use super::conjugate_gradients::{Stop, multiply, solve};
+use super::conjugate_gradients::{ConjugateGradients, Stop, multiply};
 use super::face_geometry::FaceGeometry;
 use super::triangle_mesh::TriangleMesh;
 use crate::progress::{Cancelled, Progress};
@@ -89,7 +89,8 @@ pub(super) fn deltas(surface: &Surface, settings: &L0, progress: &dyn Progress) 
         // The residual of D = δ falls as 1/β, so the next solution is extrapolated from the last two.
         let extrapolated = previous.iter().zip(&offsets).map(|(a, b)| *b + (*b - *a) / settings.beta_growth).collect();
         previous = offsets;
-        offsets = solve(operator, &matrix.diagonal(), &right, extrapolated, INNER, progress)?;
+        let mut solver = ConjugateGradients::new(&matrix.diagonal());
+        offsets = solver.solve_from(operator, extrapolated, &right, INNER, progress)?;
         positions.par_iter_mut().zip(input).zip(&offsets).for_each(|((x, p), offset)| *x = *p + *offset);
         geometry.update(&mesh, &positions);
         beta *= settings.beta_growth;

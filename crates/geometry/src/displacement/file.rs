@@ -10,7 +10,7 @@ use std::io::Cursor;
 use tiff::decoder::DecodingResult;
 use tiff::encoder::{Compression, DeflateLevel, TiffEncoder, colortype};
 
-/// What a file is.
+/// Format of an image file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum FileFormat {
@@ -33,7 +33,7 @@ impl std::fmt::Display for FileFormat {
 }
 
 impl FileFormat {
-    /// Ending of file names.
+    /// Extension of file names.
     pub fn extension(self) -> &'static str {
         match self {
             Self::Png => "png",
@@ -41,7 +41,7 @@ impl FileFormat {
             Self::Tiff => "tif",
         }
     }
-    /// Media type.
+    /// Media type of the format.
     pub fn media_type(self) -> &'static str {
         match self {
             Self::Png => "image/png",
@@ -51,7 +51,7 @@ impl FileFormat {
     }
 }
 
-/// What a texel is, and in which file.
+/// Format of a texel, and of the file that holds it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(into = "Parts", try_from = "Parts")]
 pub enum TexelFormat {
@@ -91,26 +91,26 @@ impl TryFrom<Parts> for TexelFormat {
     }
 }
 
-/// How numbers in 0..=1 are stored.
+/// Storage of numbers in 0..=1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Stored {
-    /// As i / n for i in 0..=n.
+    /// Numbers are i / n for i in 0..=n.
     Integers(u16),
-    /// With 11 bits.
+    /// Numbers have 11 significant bits.
     Half,
-    /// With 24 bits.
+    /// Numbers have 24 significant bits.
     Single,
 }
 
 impl TexelFormat {
-    /// Every one.
+    /// All formats.
     pub const ALL: [Self; 6] = [Self::Png8, Self::Png16, Self::Tiff16, Self::Tiff32, Self::Exr16, Self::Exr32];
 
-    /// That of a kind of file with a number of bits a texel (and channel), if there is one.
+    /// Finds the format with this file format and number of bits a channel; `None` if there is none.
     pub fn new(file: FileFormat, bits: u32) -> Option<Self> {
         Self::ALL.into_iter().find(|format| (format.file(), format.bits()) == (file, bits))
     }
-    /// The file.
+    /// Format of the file.
     pub fn file(self) -> FileFormat {
         match self {
             Self::Png8 | Self::Png16 => FileFormat::Png,
@@ -118,7 +118,7 @@ impl TexelFormat {
             Self::Exr16 | Self::Exr32 => FileFormat::Exr,
         }
     }
-    /// Of a texel and channel: 8, 16 or 32.
+    /// Number of bits of a channel: 8, 16 or 32.
     pub fn bits(self) -> u32 {
         match self {
             Self::Png8 => 8,
@@ -146,7 +146,7 @@ impl std::fmt::Display for TexelFormat {
     }
 }
 
-/// Why there is no file.
+/// Reason why an image cannot be encoded.
 #[derive(Debug, thiserror::Error)]
 #[error("the image cannot be encoded: {0}")]
 pub struct EncodeError(String);
@@ -157,31 +157,31 @@ impl EncodeError {
     }
 }
 
-/// Why bytes are not the map they should be.
+/// Reasons why bytes are not the map that the manifest describes.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DecodeError {
-    /// Another kind of file, or a damaged one.
+    /// The bytes are another kind of file, or a damaged one.
     #[error("not a readable {format} image: {reason}")]
     Image {
-        /// What it should be.
+        /// Format that was expected.
         format: &'static str,
-        /// The decoder's words.
+        /// Message of the decoder.
         reason: String,
     },
-    /// Other texels than the manifest says.
+    /// The image has another size or other texels than the manifest says.
     #[error("holds {found}, but the manifest says {expected}")]
     Texels {
-        /// In the file.
+        /// Size and texels of the file.
         found: String,
-        /// In the manifest.
+        /// Size and texels according to the manifest.
         expected: String,
     },
 }
 
-/// Grey, or three colours; texels row by row from the top.
+/// Planes of an image, one for grey or three for colours; texels row by row from the top.
 pub(super) type Planes = Vec<Vec<f32>>;
 
-/// Writes one plane or three, whose values fit the format.
+/// Writes one plane or three, whose values the format can represent.
 pub(super) fn encode(planes: &[Vec<f32>], size: Size, format: TexelFormat) -> Result<Vec<u8>, EncodeError> {
     match format {
         TexelFormat::Png8 => {
@@ -217,7 +217,7 @@ pub(super) fn encode(planes: &[Vec<f32>], size: Size, format: TexelFormat) -> Re
     }
 }
 
-/// Reads so many planes; the file must have the size and the texels that it should.
+/// Reads a number of planes and checks that the file has the expected size and texels.
 pub(super) fn decode(bytes: &[u8], planes: usize, size: Size, format: TexelFormat) -> Result<Planes, DecodeError> {
     let found = match format.file() {
         FileFormat::Png => decode_png(bytes, planes)?,

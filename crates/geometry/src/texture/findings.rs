@@ -1,4 +1,4 @@
-//! What a layout of the texture makes hard for a map.
+//! Issues of a texture layout that make it hard to bake a map.
 
 use super::Coverage;
 use super::resolution::Spacing;
@@ -8,24 +8,24 @@ use crate::surface::Surface;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-/// Counts at one size of the map.
+/// Issues of a layout at one size of the map.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Findings {
-    /// Share of the texels inside charts, 0..=1.
+    /// Fraction of the texels inside charts, 0..=1.
     pub coverage: f64,
-    /// Vertices that sample less than two texels from another one, so that they share some.
+    /// Number of vertices that sample less than two texels from another one, so that they share texels.
     pub crowded_vertices: usize,
-    /// Smallest distance between the places where two vertices sample, texels.
+    /// Smallest distance between the texture coordinates of two vertices, texels.
     pub smallest_distance: Option<f64>,
-    /// Vertices that sample outside [0, 1]².
+    /// Number of vertices that sample outside [0, 1]².
     pub out_of_range_vertices: usize,
-    /// How faces lie outside; none where no vertex does.
+    /// How faces lie outside [0, 1]²; `None` if no vertex does.
     pub out_of_range: Option<OutOfRange>,
-    /// Texels that lie in more than one triangle, counted once for each triangle too many.
+    /// Number of texels that lie in more than one triangle, counted once for each further triangle.
     pub overlapping_texels: usize,
-    /// Faces that are turned over in the texture.
+    /// Number of faces that are mirrored in the texture.
     pub mirrored_faces: usize,
-    /// Vertices of faces without texture coordinates; they are not displaced.
+    /// Number of vertices of faces without texture coordinates; they are not displaced.
     pub unmapped_vertices: usize,
 }
 
@@ -33,14 +33,14 @@ pub struct Findings {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum OutOfRange {
-    /// Each in one square of the integer grid: one texture for each square (UDIM).
+    /// Each face lies in one square of the integer grid: there is one texture for each square (UDIM).
     Tiles,
-    /// Some across its lines: the texture repeats.
+    /// Some faces cross the lines of the integer grid: the texture repeats.
     Wrap,
 }
 
 impl Findings {
-    /// Looks at a layout in a square map.
+    /// Finds the issues of a layout in a square map.
     pub fn of(surface: &Surface, atlas: &Atlas, spacing: &Spacing, coverage: &Coverage) -> Self {
         let side = coverage.size().width;
         let out_of_range_vertices = out_of_range(atlas);
@@ -56,7 +56,7 @@ impl Findings {
         }
     }
 
-    /// What no size can mend, in words, the worst first.
+    /// Issues that no size of the map can mend, in words, the worst first.
     pub fn problems(&self) -> Vec<String> {
         let mut out = Vec::new();
         let mut add = |n: usize, text: String| {
@@ -77,7 +77,7 @@ impl Findings {
         out
     }
 
-    /// What a larger size may mend, in words.
+    /// Issue that a larger map may mend, in words.
     pub fn crowding(&self) -> Option<String> {
         let n = self.crowded_vertices;
         let are = if n == 1 { "vertex is" } else { "vertices are" };
@@ -85,14 +85,14 @@ impl Findings {
     }
 }
 
-/// Vertices whose sampling place lies outside the unit square, where a map that does not repeat has nothing.
+/// Number of vertices whose texture coordinate lies outside the unit square, where a map that does not repeat has no texels.
 pub fn out_of_range(atlas: &Atlas) -> usize {
     let place = |v| atlas.dominant(v).map(|uv| atlas.uvs()[uv as usize]);
     let outside = |uv: &DVec2| !atlas::in_unit_square(*uv);
     (0..atlas.wedges().len() as Index).filter_map(place).filter(outside).count()
 }
 
-/// Vertices of faces none of which has texture coordinates there.
+/// Number of vertices all of whose faces have no texture coordinates there.
 pub fn unmapped(surface: &Surface, atlas: &Atlas) -> usize {
     let vertices = 0..atlas.wedges().len() as Index;
     vertices.filter(|&v| !surface.topology().is_isolated(v) && atlas.dominant(v).is_none()).count()

@@ -1,11 +1,11 @@
-//! Texels that give vertices back their heights.
+//! Fitting of texels, so that sampling returns the heights of the vertices.
 //!
 //! Bilinear sampling blends four texels, and noise differs from vertex to vertex, so a map that is merely interpolated
 //! gives each vertex something of its neighbours. Here the texels T around the samples are moved as little as possible
 //! until sampling returns the heights: min ‖A T − h‖, and of all such T the one nearest to the interpolated T₀, within
 //! bounds. Conjugate gradients on the normal equations, started at T₀, give just that (CGLS: Paige & Saunders. LSQR.
-//! 1982); texels that leave the bounds are set to them and the others solved again. Samples that share no texel do not
-//! see each other, so each group that hangs together is solved by itself.
+//! 1982); texels that leave the bounds are set to them and the others are solved again. Samples that share no texel are
+//! independent, so each connected group is solved by itself.
 
 use super::Exactness;
 use super::sampling::{Footprint, Size};
@@ -15,26 +15,26 @@ use crate::union_find::UnionFind;
 use glam::Vec2;
 use rayon::prelude::*;
 
-/// A place where the map must give a height.
+/// A texture coordinate at which the map shall give a height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// As the shader has it.
+    /// Texture coordinate in single precision, as the shader has it.
     pub uv: Vec2,
-    /// Model units.
+    /// Height that sampling shall return, model units.
     pub height: f64,
-    /// What may be given up for it.
+    /// Importance of the sample where samples contradict each other.
     pub rank: Rank,
-    /// On a seam other wedges must find the very same height: all texels of the sample get it, if no other sample needs
-    /// them, and then no rounding of weights can tell them apart.
+    /// True on a seam, where other wedges must sample exactly the same height. If no other sample needs the texels of this
+    /// one, all get its height, so that rounding of the weights makes no difference.
     pub on_seam: bool,
 }
 
-/// How important a sample is.
+/// Importance of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Rank {
-    /// The vertex is displaced by what is sampled here.
+    /// The vertex is displaced by this sample.
     Dominant,
-    /// Another wedge of the vertex; left out where it contradicts its neighbours.
+    /// The sample belongs to another wedge of the vertex; it is left out where it contradicts its neighbours.
     Other,
 }
 
@@ -47,16 +47,16 @@ const HEADROOM: f64 = 0.25;
 const STEPS: usize = 150;
 const ROUNDS: usize = 4;
 
-/// Samples that stay off by more than is allowed.
+/// Numbers of samples whose error is larger than allowed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Missed {
-    /// Of those by which vertices are displaced.
+    /// Number of unmet samples by which vertices are displaced.
     pub dominant: usize,
-    /// Of the others.
+    /// Number of other unmet samples.
     pub other: usize,
 }
 
-/// Moves texels (model units, row by row from the top) until samples are met as far as they can be.
+/// Fits texels (model units, row by row from the top) to the samples as far as possible.
 pub fn fit(
     texels: &mut [f32],
     size: Size,
@@ -100,7 +100,7 @@ pub fn fit(
     Ok(Missed { dominant: count(Rank::Dominant), other: count(Rank::Other) })
 }
 
-/// Samples that share texels, directly or through others. Groups and their members are in the order of the samples.
+/// Connected groups of samples, which share texels directly or through others. Groups and their members are in the order of the samples.
 fn groups(footprints: &[Footprint]) -> Ragged<Index> {
     let mut uses: Vec<(usize, Index)> =
         footprints.iter().zip(0..).flat_map(|(f, i)| f.weights().map(move |(texel, _)| (texel, i))).collect();
@@ -123,7 +123,7 @@ fn groups(footprints: &[Footprint]) -> Ragged<Index> {
     Ragged::group(count as usize, of_sample.into_iter().zip(0..))
 }
 
-/// Samples that hang together, with their texels renumbered.
+/// A connected group of samples, with its texels renumbered.
 struct Group {
     /// Index in the image of each texel, ascending.
     places: Vec<usize>,
@@ -132,7 +132,7 @@ struct Group {
     bounds: [f64; 2],
 }
 
-/// aᵢ·T = hᵢ
+/// The linear equation aᵢ·T = hᵢ of one sample.
 #[derive(Clone, Debug)]
 struct Equation {
     terms: Vec<(usize, f64)>,
@@ -163,7 +163,7 @@ impl Group {
         Self { places, start, equations, bounds }
     }
 
-    /// New heights of its texels; anything if the work should stop, which a large group has to notice itself.
+    /// Solves for the heights of the texels. If the work shall stop, which a large group has to notice itself, the result is arbitrary.
     fn solve(mut self, tolerance: f64, progress: &dyn Progress) -> Vec<(usize, f64)> {
         if let [Equation { on_seam: true, height, .. }] = self.equations[..] {
             return self.places.into_iter().map(|place| (place, height)).collect();
@@ -178,8 +178,8 @@ impl Group {
         self.places.into_iter().zip(texels).collect()
     }
 
-    /// Drops the equations of other wedges that are off by more than half of what the worst one is; all of them if none is
-    /// off, for then they stand in the way of the dominant ones.
+    /// Drops the equations of other wedges whose error is more than half of the largest one; if none has an error, all of
+    /// them, since they then keep the dominant ones from being met.
     fn give_up_worst(&mut self, texels: &[f64], tolerance: f64) {
         let off = |e: &Equation| if e.rank == Rank::Other { (e.at(texels) - e.height).abs() } else { 0.0 };
         let worst = self.equations.iter().map(off).fold(0.0, f64::max);
@@ -187,7 +187,7 @@ impl Group {
         self.equations.retain(kept);
     }
 
-    /// Solves within the bounds; whether all equations are met.
+    /// Solves within the bounds and returns true if all equations are met.
     fn nearest_solution(&self, tolerance: f64, progress: &dyn Progress) -> (Vec<f64>, bool) {
         let mut texels = self.start.clone();
         let mut free = vec![true; texels.len()];
@@ -208,7 +208,7 @@ impl Group {
         (texels, false)
     }
 
-    /// CGLS on the free texels; whether all equations are met.
+    /// Runs CGLS on the free texels and returns true if all equations are met.
     fn conjugate_gradients(&self, texels: &mut [f64], free: &[bool], tolerance: f64, progress: &dyn Progress) -> bool {
         let mut residual: Vec<f64> = self.equations.iter().map(|e| e.height - e.at(texels)).collect();
         let met = |residual: &[f64]| residual.iter().all(|r| r.abs() <= tolerance);

@@ -1,4 +1,4 @@
-//! Values for texels outside the charts.
+//! Filling of the texels outside the charts.
 
 use super::{Coverage, Size};
 use glam::{Vec3, Vec4};

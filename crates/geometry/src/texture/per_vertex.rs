@@ -1,6 +1,6 @@
-//! One texel for each vertex: exact whatever the layout of the texture, and without one.
+//! The per-vertex layout: one texel for each source vertex, which is exact and needs no texture coordinates.
 //!
-//! Texel (i mod W, i div W) belongs to the i-th `v` line, with row 0 on top. W is a power of two, so that the centres
+//! Texel (i mod W, i div W) belongs to the i-th source vertex, with row 0 on top. W is a power of two, so that the centres
 //! of texels are exact in single precision, and there bilinear sampling returns just that texel, whatever the precision
 //! of its weights.
 

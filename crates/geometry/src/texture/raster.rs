@@ -1,4 +1,4 @@
-//! Which triangle each texel belongs to.
+//! Rasterisation of a texture layout: which triangle each texel belongs to.
 //!
 //! A texel belongs to a triangle if its centre lies inside; a centre exactly on an edge belongs to the triangle for
 //! which the edge is a top edge (horizontal, above the triangle) or a left edge, as on GPUs. Signs are exact
@@ -13,14 +13,14 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use robust::{Coord, orient2d};
 
-/// Rows that one thread rasterises at a time.
+/// Number of rows that one thread rasterises at a time.
 const BAND: usize = 16;
 
 /// The triangle of each texel.
 #[derive(Clone, Debug)]
 pub struct Coverage {
     size: Size,
-    /// Corners of each triangle in texel space; none where it has no texture coordinates.
+    /// Corners of each triangle in texel space; `None` for a triangle without texture coordinates. #T
     triangles: Vec<Option<[DVec2; 3]>>,
     owners: Vec<Index>,
     overlaps: usize,
@@ -29,7 +29,7 @@ pub struct Coverage {
 impl Coverage {
     const NOBODY: Index = Index::MAX;
 
-    /// Rasterises the layout of a surface. Where triangles overlap the first in the file wins.
+    /// Rasterises the layout of a surface. Where triangles overlap, the first one wins.
     pub fn new(surface: &Surface, atlas: &Atlas, size: Size, progress: &dyn Progress) -> Result<Self, Cancelled> {
         progress.stage("rasterising");
         let place = |c: &Index| atlas.at_corner(*c).map(|uv| size.texel_from_uv(uv));
@@ -69,11 +69,11 @@ impl Coverage {
         Ok(Self { size, triangles, owners, overlaps })
     }
 
-    /// Of the image.
+    /// Size of the image.
     pub fn size(&self) -> Size {
         self.size
     }
-    /// Triangle of a texel.
+    /// Triangle that covers a texel.
     pub fn owner(&self, column: usize, row: usize) -> Option<Index> {
         let owner = self.owners[row * self.size.width as usize + column];
         (owner != Self::NOBODY).then_some(owner)
@@ -87,11 +87,11 @@ impl Coverage {
         let (wa, wb) = ((b - p).perp_dot(c - p) / area, (c - p).perp_dot(a - p) / area);
         (triangle, DVec3::new(wa, wb, 1.0 - wa - wb))
     }
-    /// How often a texel's centre lay in a triangle while another one had it already.
+    /// Number of times that a texel's centre lay in a further triangle besides the first.
     pub fn overlaps(&self) -> usize {
         self.overlaps
     }
-    /// Share of the texels that lie in charts, 0..=1.
+    /// Fraction of the texels that lie in charts, 0..=1.
     pub fn share(&self) -> f64 {
         let owned = self.owners.iter().filter(|&&owner| owner != Self::NOBODY).count();
         owned as f64 / self.size.texels() as f64
@@ -111,7 +111,7 @@ fn rows_of(t: &[DVec2; 3], size: Size) -> std::ops::Range<usize> {
     centres(a.min(b).min(c), a.max(b).max(c), size.height)
 }
 
-/// Gives the free texels of a band to a triangle; how many were taken.
+/// Gives the free texels of a band to a triangle and returns how many of its texels were taken already.
 fn draw(t: &[DVec2; 3], index: Index, first_row: usize, owners: &mut [Index], size: Size) -> usize {
     let side = |a: DVec2, b: DVec2, p: DVec2| orient2d(coord(a), coord(b), coord(p));
     let [a, mut b, mut c] = *t;

@@ -1,4 +1,4 @@
-//! How fine a map must be for a layout, and where a layout is too crowded for any.
+//! Choice of the size of a map: how fine it must be for a layout, and whether the layout is too crowded for any size.
 
 use super::fit::Missed;
 use super::{Exactness, HeightMap, Size};
@@ -13,18 +13,18 @@ use std::num::NonZero;
 /// then a map cannot give each its own height.
 pub const TEXELS_APART: f64 = 2.0;
 
-/// Share of the vertices that a size chosen automatically has to resolve.
+/// Fraction of the vertices that a size chosen automatically has to resolve.
 pub const RESOLVED_SHARE: f64 = 0.99;
 
-/// Smallest side that is chosen automatically, and the largest unless another limit is given.
+/// Smallest side that is chosen automatically, texels.
 pub const SMALLEST_SIDE: u32 = 64;
-/// See [`SMALLEST_SIDE`].
+/// Largest side that is chosen automatically unless another limit is given, texels.
 pub const LARGEST_SIDE: u32 = 4096;
 
-/// Distances between the places at which vertices are sampled.
+/// Distances between the texture coordinates of the vertices.
 #[derive(Clone, Debug)]
 pub struct Spacing {
-    /// To the nearest other vertex's place, in units of the texture's side; ascending. One for each vertex with a place.
+    /// Distance from each vertex with a texture coordinate to the nearest other one, ascending, in units of the texture's side.
     distances: Vec<f64>,
 }
 
@@ -46,23 +46,23 @@ impl Spacing {
         distances.sort_unstable_by(f64::total_cmp);
         Self { distances }
     }
-    /// Vertices that are nearer than [`TEXELS_APART`] to another one in a square map.
+    /// Number of vertices that are nearer than [`TEXELS_APART`] to another one in a square map.
     pub fn crowded(&self, side: u32) -> usize {
         self.nearer(TEXELS_APART, side)
     }
     fn nearer(&self, texels: f64, side: u32) -> usize {
         self.distances.partition_point(|d| d * f64::from(side) < texels)
     }
-    /// Whether a fit is not worth its time: so many vertices are less than one texel apart.
+    /// Returns true if so many vertices are less than one texel apart that a fit is not worth its time.
     pub(crate) fn is_hopeless(&self, side: u32) -> bool {
         self.nearer(1.0, side) as f64 > HOPELESS_SHARE * self.distances.len() as f64
     }
-    /// The smallest distance in a square map, texels.
+    /// Smallest distance in a square map, texels.
     pub fn smallest(&self, side: u32) -> f64 {
         self.distances.first().map_or(f64::INFINITY, |d| d * f64::from(side))
     }
-    /// The smallest of the sides, ascending, at which all but 1 % of the vertices are far enough apart, or the largest one where none
-    /// is enough.
+    /// Chooses the smallest of the sides (ascending) at which all but 1 % of the vertices are far enough apart, or the largest
+    /// one if none is enough.
     pub fn choose(&self, sides: &[u32]) -> Choice {
         let allowed = (self.distances.len() as f64 * (1.0 - RESOLVED_SHARE)).floor() as usize;
         let enough = sides.iter().copied().find(|&side| self.crowded(side) <= allowed);
@@ -71,8 +71,8 @@ impl Spacing {
         let reason = if enough.is_some() { Reason::Spaced } else { Reason::Crowded };
         Choice { side, vertices: self.distances.len(), left: self.crowded(side), reason, largest }
     }
-    /// The smallest of the sides at which fitted maps give each vertex its values (each channel #V, model units), at all of
-    /// its texture coordinates if there is such a side, else at the dominant ones; where there is none, as [`Self::choose`].
+    /// Chooses the smallest of the sides at which fitted maps give each vertex its values (each channel #V, model units), at all
+    /// of its texture coordinates if there is such a side, else at the dominant ones; without such a side, as [`Self::choose`].
     pub fn choose_exact(
         &self,
         atlas: &Atlas,
@@ -123,31 +123,31 @@ pub fn sides(largest: u32) -> Vec<u32> {
     if powers.is_empty() { vec![largest] } else { powers }
 }
 
-/// A size and the reason for it.
+/// A chosen size and the reason for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Choice {
-    /// Texels on a side.
+    /// Number of texels on a side.
     pub side: u32,
-    /// Vertices that have a place in the texture.
+    /// Number of vertices with a texture coordinate.
     pub vertices: usize,
-    /// Vertices for which it is not enough.
+    /// Number of vertices for which the size is not enough.
     pub left: usize,
-    /// Why.
+    /// Reason for the size.
     pub reason: Reason,
-    /// The largest side that was allowed.
+    /// Largest side that was allowed, texels.
     pub largest: u32,
 }
 
-/// Why a size was chosen.
+/// Reason why a size was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reason {
-    /// The smallest at which each vertex gets its height.
+    /// It is the smallest size at which each vertex gets its height.
     Exact,
-    /// The smallest at which 99 % of the vertices are far enough apart; no size gives each its height.
+    /// It is the smallest size at which 99 % of the vertices are far enough apart; no size gives each vertex its height.
     AlmostExact,
-    /// The smallest at which 99 % of the vertices are far enough apart.
+    /// It is the smallest size at which 99 % of the vertices are far enough apart.
     Spaced,
-    /// The largest: at none are they.
+    /// It is the largest size; at none are 99 % of the vertices far enough apart.
     Crowded,
 }
 

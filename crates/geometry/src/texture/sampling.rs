@@ -1,20 +1,20 @@
-//! Images of heights, and the one formula by which they are sampled.
+//! Images of heights, and the formula by which they are sampled.
 //!
-//! The baking of texels fits them to this formula and the displacement evaluates it, so that it belongs to neither.
+//! Texels are fitted to this formula when a map is baked, and displacement evaluates it when the map is applied.
 
 use glam::{DVec2, Vec2};
 
-/// Width and height of an image, texels.
+/// Size of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
-    /// Texels in a row.
+    /// Number of texels in a row.
     pub width: u32,
-    /// Rows.
+    /// Number of rows.
     pub height: u32,
 }
 
 impl Size {
-    /// As many rows as columns.
+    /// Size of a square image.
     pub fn square(side: u32) -> Self {
         Self { width: side, height: side }
     }
@@ -25,7 +25,7 @@ impl Size {
     fn scale(self) -> DVec2 {
         DVec2::new(f64::from(self.width), f64::from(self.height))
     }
-    /// Texel space from a texture coordinate, whose v points up.
+    /// Converts a texture coordinate, whose v points up, to texel space, whose y points down.
     pub fn texel_from_uv(self, uv: DVec2) -> DVec2 {
         DVec2::new(uv.x, 1.0 - uv.y) * self.scale()
     }
@@ -36,38 +36,38 @@ impl Size {
     }
 }
 
-/// Heights on texels.
+/// Image of heights.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeightMap {
-    /// Of the image.
+    /// Size of the image.
     pub size: Size,
-    /// Row by row from the top, model units. #rows·#columns
+    /// Heights, row by row from the top, model units. #rows·#columns
     pub texels: Vec<f32>,
 }
 
 impl HeightMap {
-    /// The lowest and the highest texel, model units.
+    /// Lowest and highest texel, model units.
     pub fn range(&self) -> [f32; 2] {
         self.texels.iter().fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], t| [low.min(*t), high.max(*t)])
     }
 }
 
-/// How exact the weights of bilinear sampling are.
+/// Accuracy of the weights of bilinear sampling.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Weights {
-    /// Single precision, as the shader computes them.
+    /// Weights in single precision, as the shader computes them.
     #[default]
     Exact,
-    /// Rounded to 8 bits, as the samplers of many GPUs have them.
+    /// Weights rounded to 8 bits, as in the samplers of many GPUs.
     EightBits,
 }
 
-/// The texels that bilinear sampling blends at a texture coordinate, computed as the shader does it.
+/// The four texels that bilinear sampling blends at a texture coordinate, computed as the shader does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Footprint {
-    /// Places in the image: upper left, upper right, lower left, lower right.
+    /// Indices in the image: upper left, upper right, lower left, lower right.
     texels: [usize; 4],
-    /// Shares of the right and of the lower ones.
+    /// Weights of the right and of the lower texels.
     w: Vec2,
 }
 
@@ -91,12 +91,12 @@ impl Footprint {
     }
     /// Bilinear interpolation of the texels of an image, in single precision.
     pub(crate) fn sample(&self, image: &[f32]) -> f32 {
-        // In this form equal texels give just that value, whatever the weight.
+        // In this form equal texels give exactly their value, whatever the weight.
         let blend = |a: f32, b: f32, w: f32| a + (b - a) * w;
         let [a, b, c, d] = self.texels.map(|texel| image[texel]);
         blend(blend(a, b, self.w.x), blend(c, d, self.w.x), self.w.y)
     }
-    /// The different texels with their weights, which add up to one.
+    /// Distinct texels with their weights, which add up to one.
     pub(crate) fn weights(&self) -> impl Iterator<Item = (usize, f64)> {
         let (x, y) = (f64::from(self.w.x), f64::from(self.w.y));
         let mut weights = [(1.0 - x) * (1.0 - y), x * (1.0 - y), (1.0 - x) * y, x * y];

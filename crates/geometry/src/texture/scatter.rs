@@ -1,4 +1,4 @@
-//! Interpolation of samples that are scattered over the texture.
+//! Scattered data interpolation of heights over the texture.
 
 use super::Interpolation;
 use crate::atlas::Atlas;
@@ -12,10 +12,10 @@ use spade::{
 use std::cell::Cell;
 use std::num::NonZero;
 
-/// Neighbours of inverse distance weighting.
+/// Number of neighbours in inverse distance weighting.
 const NEIGHBOURS: NonZero<usize> = NonZero::new(8).expect("eight is not zero");
 
-/// A height somewhere in the texture.
+/// A height at a texture coordinate.
 #[derive(Clone, Copy, Debug)]
 struct Site {
     uv: DVec2,
@@ -32,7 +32,7 @@ impl HasPosition for Site {
 
 type Delaunay = DelaunayTriangulation<Site, (), (), (), GridHint>;
 
-/// Samples, ready to be asked.
+/// Scattered samples with their triangulation and search tree.
 pub(super) struct Scatter {
     sites: Vec<Site>,
     tree: ImmutableKdTree<f64, 2>,
@@ -63,12 +63,12 @@ impl Scatter {
         }
     }
 
-    /// A helper with buffers of its own; each thread needs one.
+    /// Makes a sampler with buffers of its own; each thread needs one.
     pub(super) fn sampler(&self) -> Sampler<'_> {
         Sampler { scatter: self, natural: self.delaunay.natural_neighbor(), last: Cell::new(Last::Nowhere) }
     }
 
-    /// Height of the nearest sample; 0 without any.
+    /// Height of the nearest sample; 0 without any samples.
     pub(super) fn nearest(&self, uv: DVec2) -> f64 {
         if self.sites.is_empty() {
             return 0.0;
@@ -77,7 +77,7 @@ impl Scatter {
         self.sites[found.item as usize].height
     }
 
-    /// Mean of the nearest samples, weighted by 1/distance²; the sample itself at its place.
+    /// Mean of the nearest samples, weighted by 1/distance²; at a sample, its height.
     pub(super) fn inverse_distance(&self, uv: DVec2) -> f64 {
         if self.sites.is_empty() {
             return 0.0;
@@ -96,7 +96,7 @@ impl Scatter {
     }
 }
 
-/// Answers questions about one [`Scatter`]; quickest about places side by side.
+/// Interpolates within one [`Scatter`]; successive queries near each other are the fastest.
 pub(super) struct Sampler<'a> {
     scatter: &'a Scatter,
     natural: NaturalNeighbor<'a, Delaunay>,
@@ -113,7 +113,7 @@ enum Last {
 }
 
 impl Sampler<'_> {
-    /// Linear on the Delaunay triangulation, constant away from its hull.
+    /// Linear interpolation on the Delaunay triangulation, constant away from its hull.
     pub(super) fn linear(&self, uv: DVec2) -> f64 {
         let delaunay = &self.scatter.delaunay;
         match self.last.get() {
@@ -143,7 +143,7 @@ impl Sampler<'_> {
             PositionInTriangulation::NoTriangulation => self.scatter.nearest(uv),
         }
     }
-    /// Sibson's interpolant, constant away from the hull.
+    /// Natural neighbour interpolation (Sibson), constant away from the hull.
     pub(super) fn natural(&self, uv: DVec2) -> f64 {
         let height = self.natural.interpolate(|site| site.data().height, Point2::new(uv.x, uv.y));
         height.unwrap_or_else(|| self.linear(uv))
@@ -155,7 +155,7 @@ impl Sampler<'_> {
         let heights = self.scatter.delaunay.face(face).vertices().map(|v| v.data().height);
         heights.iter().zip(weights).map(|(h, w)| h * w).sum()
     }
-    /// Height at the point of the hull nearest to a place outside, given an edge that can be seen from there.
+    /// Height at the point of the hull nearest to a point outside, given an edge that is visible from there.
     fn outside(&self, seen: FixedDirectedEdgeHandle, uv: DVec2) -> f64 {
         let delaunay = &self.scatter.delaunay;
         // The hull is convex, so the distance falls along it towards the nearest edge and rises behind.

@@ -4,7 +4,7 @@
 //! first sum is Σ_f Σ_{i∈f} (n_f · (c_f − xᵢ))², on which Sun et al. 2007 take steps of descent. If vertices may move along
 //! one direction each, xᵢ = pᵢ − hᵢ dᵢ, the same system is solved in the space that the directions d span.
 
-use crate::denoise::conjugate_gradients::{Stop, multiply, solve};
+use crate::denoise::conjugate_gradients::{ConjugateGradients, Stop, multiply};
 use crate::denoise::triangle_mesh::TriangleMesh;
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
@@ -54,7 +54,8 @@ impl System<'_> {
                 self.allowed(v, sum)
             })
         };
-        let offsets = solve(operator, &diagonal, &right, vec![DVec3::ZERO; start.len()], STOP, progress)?;
+        let guess = vec![DVec3::ZERO; start.len()];
+        let offsets = ConjugateGradients::new(&diagonal).solve_from(operator, guess, &right, STOP, progress)?;
         Ok(start.iter().zip(offsets).map(|(p, offset)| *p + offset).collect())
     }
 
