@@ -93,6 +93,15 @@ struct Running<T> {
     since: Instant,
 }
 
+/// Wakes whoever looks at results when a thread ends, even by a panic.
+struct WakeWhenDropped(Wake);
+
+impl Drop for WakeWhenDropped {
+    fn drop(&mut self) {
+        (self.0)();
+    }
+}
+
 impl<T: Send + 'static> Slot<T> {
     /// Nothing to do yet.
     pub fn new(wake: Wake) -> Self {
@@ -105,9 +114,12 @@ impl<T: Send + 'static> Slot<T> {
         let before = self.leaving.take();
         let ticket = Arc::new(Ticket::new(Arc::clone(&self.wake)));
         let (send, result) = channel();
-        let wake = Arc::clone(&self.wake);
+        let at_the_end = WakeWhenDropped(Arc::clone(&self.wake));
         let own = Arc::clone(&ticket);
         let body = move || {
+            // Dropped in reverse: whoever is woken finds the result, or that there will be none because the work panicked.
+            let _at_the_end = at_the_end;
+            let send = send;
             lower_priority();
             if let Some(before) = before {
                 // A job that panicked has stopped as well.
@@ -116,7 +128,6 @@ impl<T: Send + 'static> Slot<T> {
             let outcome = if own.cancelled() { Err(Failure::Interrupted) } else { work(&own) };
             // Nobody listens where the job was replaced.
             let _ = send.send(outcome);
-            wake();
         };
         match std::thread::Builder::new().name("planish-job".to_owned()).spawn(body) {
             Ok(thread) => self.running = Some(Running { ticket, result, thread, since: Instant::now() }),
