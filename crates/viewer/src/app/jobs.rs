@@ -89,7 +89,8 @@ pub struct Slot<T> {
 struct Running<T> {
     ticket: Arc<Ticket>,
     result: Receiver<Result<T, Failure>>,
-    thread: JoinHandle<()>,
+    /// None where the system gave no thread, which is then the result.
+    thread: Option<JoinHandle<()>>,
     since: Instant,
 }
 
@@ -129,15 +130,15 @@ impl<T: Send + 'static> Slot<T> {
             // Nobody listens where the job was replaced.
             let _ = send.send(outcome);
         };
-        match std::thread::Builder::new().name("planish-job".to_owned()).spawn(body) {
-            Ok(thread) => self.running = Some(Running { ticket, result, thread, since: Instant::now() }),
+        let (thread, result) = match std::thread::Builder::new().name("planish-job".to_owned()).spawn(body) {
+            Ok(thread) => (Some(thread), result),
             Err(e) => {
                 let (send, result) = channel();
                 let _ = send.send(Err(Failure::Internal(format!("no thread could be started: {e}"))));
-                let thread = std::thread::spawn(|| ());
-                self.running = Some(Running { ticket, result, thread, since: Instant::now() });
+                (None, result)
             }
-        }
+        };
+        self.running = Some(Running { ticket, result, thread, since: Instant::now() });
     }
 
     /// The result, once.
@@ -178,7 +179,7 @@ impl<T: Send + 'static> Slot<T> {
         self.cancel();
         if let Some(running) = self.running.take() {
             // Dropping the receiver is what keeps a late result from ever being seen.
-            self.leaving = Some(running.thread);
+            self.leaving = running.thread;
         }
     }
 
