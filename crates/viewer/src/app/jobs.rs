@@ -89,8 +89,18 @@ pub struct Slot<T> {
 struct Running<T> {
     ticket: Arc<Ticket>,
     result: Receiver<Result<T, Failure>>,
-    thread: JoinHandle<()>,
+    /// None where the system gave no thread, which is then the result.
+    thread: Option<JoinHandle<()>>,
     since: Instant,
+}
+
+/// Wakes whoever looks at results when a thread ends, even by a panic.
+struct WakeWhenDropped(Wake);
+
+impl Drop for WakeWhenDropped {
+    fn drop(&mut self) {
+        (self.0)();
+    }
 }
 
 impl<T: Send + 'static> Slot<T> {
@@ -105,9 +115,12 @@ impl<T: Send + 'static> Slot<T> {
         let before = self.leaving.take();
         let ticket = Arc::new(Ticket::new(Arc::clone(&self.wake)));
         let (send, result) = channel();
-        let wake = Arc::clone(&self.wake);
+        let at_the_end = WakeWhenDropped(Arc::clone(&self.wake));
         let own = Arc::clone(&ticket);
         let body = move || {
+            // Dropped in reverse: whoever is woken finds the result, or that there will be none because the work panicked.
+            let _at_the_end = at_the_end;
+            let send = send;
             lower_priority();
             if let Some(before) = before {
                 // A job that panicked has stopped as well.
@@ -116,17 +129,16 @@ impl<T: Send + 'static> Slot<T> {
             let outcome = if own.cancelled() { Err(Failure::Interrupted) } else { work(&own) };
             // Nobody listens where the job was replaced.
             let _ = send.send(outcome);
-            wake();
         };
-        match std::thread::Builder::new().name("planish-job".to_owned()).spawn(body) {
-            Ok(thread) => self.running = Some(Running { ticket, result, thread, since: Instant::now() }),
+        let (thread, result) = match std::thread::Builder::new().name("planish-job".to_owned()).spawn(body) {
+            Ok(thread) => (Some(thread), result),
             Err(e) => {
                 let (send, result) = channel();
                 let _ = send.send(Err(Failure::Internal(format!("no thread could be started: {e}"))));
-                let thread = std::thread::spawn(|| ());
-                self.running = Some(Running { ticket, result, thread, since: Instant::now() });
+                (None, result)
             }
-        }
+        };
+        self.running = Some(Running { ticket, result, thread, since: Instant::now() });
     }
 
     /// The result, once.
@@ -167,7 +179,7 @@ impl<T: Send + 'static> Slot<T> {
         self.cancel();
         if let Some(running) = self.running.take() {
             // Dropping the receiver is what keeps a late result from ever being seen.
-            self.leaving = Some(running.thread);
+            self.leaving = running.thread;
         }
     }
 
