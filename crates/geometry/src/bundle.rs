@@ -7,77 +7,35 @@ mod goal;
 mod layout;
 mod maps;
 mod report;
+mod settings;
 #[cfg(feature = "unwrap")]
 mod unwrapped;
 
 pub use goal::{Goal, Ways};
 pub use layout::{Fallback, LayoutChoice};
+pub use settings::{Carriers, Lambda, LargestSide, Quanta, Settings};
 
 use crate::apply;
 use crate::atlas::{Atlas, AtlasError};
 use crate::denoise::limits::LimitsError;
-use crate::displacement::{DecodeError, EncodeError, MapKind, TexelFormat};
+use crate::displacement::{DecodeError, EncodeError, MapKind};
 use crate::gltf::GltfError;
 use crate::manifest::{
     self, Carrier, Clients, DominantUv, Layout, Manifest, MapEntry, NormalMapEntry, Report, Source, UvSource,
 };
 use crate::materials::{self, MapStatements};
-use crate::model::{Model, NoFileNormals, NormalSource};
+use crate::model::{Model, NoFileNormals};
 use crate::obj::{Obj, ObjError};
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
 use crate::texture::findings::Findings;
-use crate::texture::normal_map::Convention;
-use crate::texture::resolution::{self, Choice, Reason, Spacing};
-use crate::texture::{Coverage, Interpolation, Texels, tangents};
+use crate::texture::resolution::{Choice, Reason, Spacing};
+use crate::texture::{Coverage, Texels, tangents};
 use crate::weld::Welding;
 use carrier::CarrierFile;
 use glam::{DVec3, Vec2};
 use maps::{Maps, Offsets};
 use report::Evidence;
-
-/// All that can be chosen.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Settings {
-    /// Where the vertices shall go.
-    pub goal: Goal,
-    /// How the model was welded; goes into the manifest.
-    pub welding: Welding,
-    /// Along which normals to displace; none chooses, see [`Goal::ways`].
-    pub normals: Option<NormalSource>,
-    /// Strength for the normal map and the clients.
-    pub lambda: Lambda,
-    /// Heights or vectors.
-    pub map: MapKind,
-    /// Where texels of a vertex are.
-    pub layout: LayoutChoice,
-    /// Side of the maps; none chooses it. A map with one texel for each vertex has the side that it needs.
-    pub side: Option<u32>,
-    /// The largest side that is chosen.
-    pub largest_side: LargestSide,
-    /// How far a vertex may be off for [`LayoutChoice::Auto`] to keep the texture coordinates of the mesh.
-    pub tolerance: Quanta,
-    /// How texels between vertices are filled.
-    pub interpolation: Interpolation,
-    /// What is done to the texels that vertices sample.
-    pub texels: Texels,
-    /// Of the displacement map.
-    pub texel: TexelFormat,
-    /// Of the normal map.
-    pub convention: Convention,
-    /// What carries the map.
-    pub carriers: Carriers,
-}
-
-/// Files with the mesh and the numbers of its map.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Carriers {
-    /// OBJ with MTL, and binary glTF.
-    #[default]
-    ObjAndGlb,
-    /// OBJ with MTL.
-    Obj,
-}
 
 /// What belongs to a source and lies in other files.
 #[derive(Clone, Copy)]
@@ -93,36 +51,6 @@ pub struct Belongings<'a> {
 impl Belongings<'_> {
     /// Nothing.
     pub const NONE: Belongings<'static> = Belongings { libraries: &[], relocate: &str::to_owned, texture: &|_| None };
-}
-
-/// Multiples of the step between two heights.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Quanta(pub f64);
-
-impl Default for Quanta {
-    fn default() -> Self {
-        Self(1.0)
-    }
-}
-
-/// Texels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct LargestSide(pub u32);
-
-impl Default for LargestSide {
-    fn default() -> Self {
-        Self(resolution::LARGEST_SIDE)
-    }
-}
-
-/// Strength: 0 is the source, 1 is denoised.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lambda(pub f64);
-
-impl Default for Lambda {
-    fn default() -> Self {
-        Self(1.0)
-    }
 }
 
 /// What the files are called.
@@ -170,7 +98,7 @@ pub enum BakeError {
     /// [`MapKind::VectorTangent`] without texture coordinates.
     #[error("tangent space needs texture coordinates, and the mesh has none")]
     NoTangents,
-    /// [`NormalSource::File`] without normals in the file.
+    /// [`NormalSource::File`](crate::model::NormalSource::File) without normals in the file.
     #[error(transparent)]
     Normals(#[from] NoFileNormals),
     /// Limits that do not fit the mesh.
