@@ -5,5 +5,6 @@ pub mod bake;
 pub mod failure;
 pub mod info;
 pub mod input;
+pub mod method;
 pub mod output;
 pub mod words;

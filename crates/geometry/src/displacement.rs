@@ -6,26 +6,27 @@ pub use file::{DecodeError, EncodeError, FileFormat, TexelFormat};
 
 pub(crate) use file::png;
 
+use crate::named;
 use crate::ragged::Index;
 use crate::texture::{HeightMap, Size};
 use file::Stored;
 use glam::{Vec2, Vec3};
 use half::f16;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
-/// What a texel says.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum MapKind {
-    /// How far the noise lifted the vertex along its normal: one channel.
-    #[default]
-    Scalar,
-    /// The whole way δ, in the axes of the model: red, green and blue are x, y and z.
-    VectorObject,
-    /// The whole way δ, in the tangent frame of the vertex: red along the tangent, green along the bitangent, blue along
-    /// the normal.
-    VectorTangent,
+named! {
+    /// What a texel of a displacement map holds.
+    #[derive(Default)]
+    pub enum MapKind {
+        /// Height along the normal: one channel.
+        #[default]
+        Scalar = "scalar",
+        /// Displacement vector in the axes of the model: red, green and blue are x, y and z.
+        VectorObject = "vector-object",
+        /// Displacement vector in the tangent frame of the vertex: red along the tangent, green along the bitangent, blue along the
+        /// normal.
+        VectorTangent = "vector-tangent",
+    }
 }
 
 impl MapKind {

@@ -3,6 +3,7 @@
 use crate::atlas::{Atlas, AtlasError};
 #[cfg(doc)]
 use crate::denoise::Along;
+use crate::named;
 use crate::normals::{self, FaceWeight};
 use crate::obj::Obj;
 use crate::ragged::{Index, Ragged};
@@ -10,25 +11,26 @@ use crate::surface::Surface;
 use crate::topology::{self, EdgeKind, TidyFaces, Topology};
 use crate::weld::{Weld, Welding};
 use glam::{DVec3, Vec3};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
-/// Where the vertex normals come from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum NormalSource {
-    /// The `vn` lines, averaged over the corners of a vertex; angle-weighted where it has none.
-    File,
-    /// [`FaceWeight::Uniform`].
-    Uniform,
-    /// [`FaceWeight::Area`].
-    Area,
-    /// [`FaceWeight::Angle`].
-    #[default]
-    Angle,
-    /// The same on the denoised surface, before what heights leave out of it.
-    Denoised,
-    /// Those, leaning to where a vertex goes where heights along them would leave its faces turned: [`Along::leaning`].
-    Leaning,
+named! {
+    /// Where the normals that a map displaces along come from.
+    #[derive(Default)]
+    pub enum NormalSource {
+        /// Normals of the file, averaged at each vertex; angle-weighted where a vertex has none.
+        File = "file",
+        /// Mean of the normals of the faces.
+        Uniform = "uniform",
+        /// Mean of the normals of the faces, weighted by area.
+        Area = "area",
+        /// Mean of the normals of the faces, weighted by angle, as Blender's.
+        #[default]
+        Angle = "angle",
+        /// Angle-weighted normals of the denoised surface.
+        Denoised = "denoised",
+        /// Angle-weighted normals of the denoised surface, tilted towards the displacement where its faces need it; for heights.
+        Leaning = "leaning",
+    }
 }
 
 /// The file has no usable `vn` line that a face names.

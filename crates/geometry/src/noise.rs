@@ -1,5 +1,6 @@
 //! Synthetic noise, for tests and experiments.
 
+use crate::named;
 use crate::normals::{self, FaceWeight};
 use crate::surface::Surface;
 use glam::DVec3;
@@ -20,14 +21,16 @@ pub struct Noise {
     pub seed: u64,
 }
 
-/// Where noise takes a vertex.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Direction {
-    /// Along its angle-weighted normal, as a depth sensor errs.
-    #[default]
-    Normal,
-    /// Anywhere: a uniformly random direction.
-    Random,
+named! {
+    /// Where noise takes a vertex.
+    #[derive(Default)]
+    pub enum Direction {
+        /// Along the angle-weighted vertex normal, as a depth sensor errs.
+        #[default]
+        Normal = "normal",
+        /// In a uniformly random direction.
+        Random = "random",
+    }
 }
 
 /// Displacements with Gaussian lengths. #V×3, model units; zero for vertices that are not hit.

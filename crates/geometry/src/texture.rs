@@ -18,13 +18,13 @@ mod scatter;
 pub use raster::Coverage;
 
 use crate::atlas::Atlas;
+use crate::named;
 use crate::progress::{Cancelled, Parts, Progress};
 use crate::ragged::Index;
 use crate::surface::Surface;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use scatter::Scatter;
-use serde::{Deserialize, Serialize};
 
 /// Width and height of an image, texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,30 +58,32 @@ impl Size {
     }
 }
 
-/// How texels get their height.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Interpolation {
-    /// Linear in each triangle of the mesh; between the charts linear on the Delaunay triangulation of their outlines.
-    #[default]
-    Barycentric,
-    /// Natural neighbours of the wedges (Sibson 1981), which knows nothing of the mesh.
-    Natural,
-    /// The eight nearest wedges, weighted by 1/distance² (Shepard 1968).
-    Idw,
-    /// The nearest wedge.
-    Nearest,
+named! {
+    /// How texels between vertices are filled.
+    #[derive(Default)]
+    pub enum Interpolation {
+        /// Linear on the triangles of the mesh; between the charts on a Delaunay triangulation of their outlines.
+        #[default]
+        Barycentric = "barycentric",
+        /// Natural neighbours of the vertices in the texture (Sibson 1981).
+        Natural = "natural",
+        /// Inverse squared distance to the eight nearest vertices in the texture (Shepard 1968).
+        Idw = "idw",
+        /// The nearest vertex in the texture.
+        Nearest = "nearest",
+    }
 }
 
-/// What is done to the texels that vertices sample.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Texels {
-    /// They are moved until sampling gives each vertex its height.
-    #[default]
-    Fitted,
-    /// They stay as interpolated.
-    Interpolated,
+named! {
+    /// What is done to the texels that vertices sample.
+    #[derive(Default)]
+    pub enum Texels {
+        /// Texels are fitted until sampling gives each vertex its exact height.
+        #[default]
+        Fitted = "fitted",
+        /// Texels stay as interpolated.
+        Interpolated = "interpolated",
+    }
 }
 
 /// Heights on texels.

@@ -4,7 +4,6 @@
 pub mod document;
 pub mod history;
 pub mod jobs;
-pub mod options;
 pub mod pictures;
 pub mod recipe;
 pub mod remembered;
