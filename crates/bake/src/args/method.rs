@@ -99,13 +99,13 @@ impl Args for SettingArgs {
 fn arg(option: &MethodOption) -> Arg {
     let parameter = option.parameter();
     let arg = Arg::new(parameter.name).long(parameter.name).help(option.help());
-    let arg = if parameter.name.contains("our") { arg.alias(parameter.name.replace("our", "or")) } else { arg };
+    let arg = arg.aliases(parameter.alias);
     let word = || PossibleValuesParser::new(possible(parameter.choices())).map(Value::from);
     match parameter.values {
-        Values::Word(_) | Values::Preset(_) => arg.value_parser(word()),
-        Values::Words(_) => arg.value_name("NAMES").value_delimiter(',').action(ArgAction::Append).value_parser(word()),
+        Values::Word(_) | Values::Preset(_) => arg.value_name("WORD").value_parser(word()),
+        Values::Words(_) => arg.value_name("WORDS").value_delimiter(',').action(ArgAction::Append).value_parser(word()),
         Values::Count { .. } | Values::Number { .. } => {
-            let parse = |text: &str| parameter.parse(text);
+            let parse = move |text: &str| parameter.parse(text);
             let name = if matches!(parameter.values, Values::Count { .. }) { "N" } else { "X" };
             arg.value_name(name).allow_negative_numbers(true).value_parser(ValueParser::new(parse))
         }

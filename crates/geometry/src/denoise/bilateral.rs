@@ -44,7 +44,8 @@ impl Default for Bilateral {
 }
 
 /// Parameters of the method.
-pub(super) const PARAMETERS: &[Parameter] = &[Parameter::count("iterations", "/iterations", 100, "number of steps"), BOUNDARY];
+pub(super) const PARAMETERS: &[Parameter] =
+    &[Parameter::count("iterations", "/iterations", 100, "number of steps"), BOUNDARY];
 
 impl DenoiseMethod for Bilateral {
     const INFO: MethodInfo = MethodInfo {

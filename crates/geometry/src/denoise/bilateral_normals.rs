@@ -101,7 +101,7 @@ pub(super) const PARAMETERS: &[Parameter] = &[
         [TINY, 1.0],
         "how near normals stay to the input, with the global scheme",
     ),
-    Parameter::word::<Neighbours>("neighbours", "/neighbours", "which faces are averaged"),
+    Parameter::word::<Neighbours>("neighbours", "/neighbours", "which faces are averaged").alias("neighbors"),
     SIGMA_SPATIAL,
     SIGMA_RANGE,
 ];

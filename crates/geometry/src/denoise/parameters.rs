@@ -18,6 +18,8 @@ use thiserror::Error;
 pub struct Parameter {
     /// Name, as an option of the command line without its dashes.
     pub name: &'static str,
+    /// Another spelling of the name.
+    pub alias: Option<&'static str>,
     /// Name in a menu; mostly the same with blanks.
     pub label: &'static str,
     /// JSON pointer to the setting in the settings of the method.
@@ -132,7 +134,17 @@ pub(crate) const HUGE: f64 = 1e6;
 
 impl Parameter {
     const fn new(name: &'static str, pointer: &'static str, values: Values, help: &'static str) -> Self {
-        Self { name, label: name, pointer, values, unit: None, is_optional: false, is_internal: false, help }
+        Self {
+            name,
+            alias: None,
+            label: name,
+            pointer,
+            values,
+            unit: None,
+            is_optional: false,
+            is_internal: false,
+            help,
+        }
     }
     /// A whole number up to [`MAX_COUNT`].
     pub(crate) const fn count(name: &'static str, pointer: &'static str, slider_max: u32, help: &'static str) -> Self {
@@ -158,6 +170,10 @@ impl Parameter {
     /// A word that stands for a group of settings.
     pub(crate) const fn preset(name: &'static str, pointer: &'static str, preset: Preset, help: &'static str) -> Self {
         Self::new(name, pointer, Values::Preset(preset), help)
+    }
+    /// The same parameter with another spelling.
+    pub(crate) const fn alias(self, alias: &'static str) -> Self {
+        Self { alias: Some(alias), ..self }
     }
     /// The same parameter with another name in menus.
     pub(crate) const fn label(self, label: &'static str) -> Self {

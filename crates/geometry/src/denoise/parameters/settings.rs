@@ -25,7 +25,7 @@ impl Denoiser {
     /// Parameter of this method by its name; underscores may stand for hyphens.
     pub fn parameter(&self, name: &str) -> Option<&'static Parameter> {
         let name = name.replace('_', "-");
-        self.options().find(|parameter| parameter.name == name)
+        self.options().find(|parameter| parameter.name == name || parameter.alias == Some(&name))
     }
 
     /// Value of a parameter: a number, a word, a list of words, or null where the method chooses. A preset has its word,

@@ -174,7 +174,7 @@ fn several(ui: &mut Ui, label: &str, words: &'static [Word], value: &mut Value) 
     let list = egui::ComboBox::from_label(label).selected_text(shown).width(150.0);
     let list = list.close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside);
     let response = list.show_ui(ui, |ui| {
-        for Word { name, help } in words {
+        for Word { name, help, .. } in words {
             let mut on = ticked.contains(name);
             if ui.checkbox(&mut on, *name).on_hover_text(*help).changed() {
                 let stays = |other: &&str| if other == name { on } else { ticked.contains(other) };
