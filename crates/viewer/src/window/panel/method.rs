@@ -124,7 +124,8 @@ fn widget(ui: &mut Ui, parameter: &Parameter, value: &mut Value) -> Response {
     match parameter.values {
         Values::Count { max, slider_max } => {
             let mut count = value.as_u64().unwrap_or(0) as u32;
-            let slider = egui::Slider::new(&mut count, 0..=slider_max.max(count)).text(label);
+            let end = slider_max.max(count);
+            let slider = egui::Slider::new(&mut count, 0..=end).text(label);
             let response = ui.add(slider.clamping(egui::SliderClamping::Never));
             *value = count.min(max).into();
             response
