@@ -3,12 +3,12 @@
 use planish_files::bake::Job;
 use planish_files::input;
 use planish_geometry::bundle::{Carriers, LayoutChoice};
-use planish_geometry::denoise::Denoiser;
+use planish_geometry::denoise::{Denoiser, Parameter, Values};
 use planish_geometry::displacement::{MapKind, TexelFormat};
 use planish_geometry::manifest::Manifest;
+use planish_geometry::model::NormalSource;
 use planish_geometry::progress::Silent;
 use planish_geometry::weld::Welding;
-use planish_viewer::app::options::{self, KNOBS, Knob, PRIORS, Values};
 use planish_viewer::app::recipe::Recipe;
 use serde_json::Value;
 use std::fmt::Write as _;
@@ -50,13 +50,13 @@ fn assert_same(recipe: &Recipe, folder: &Path) {
 }
 
 /// Values that differ from the default, and are quick.
-fn values(knob: &Knob) -> Vec<Value> {
-    match knob.values {
+fn values(parameter: &Parameter) -> Vec<Value> {
+    match parameter.values {
         Values::Count { .. } => vec![2.into()],
-        Values::Number { least, most, .. } => vec![(0.37_f64).clamp(least, most).into()],
-        Values::Words { all, .. } => all.iter().map(|word| Value::from(*word)).collect(),
-        Values::Several(all) => vec![all[2..4].into()],
-        Values::Prior => PRIORS.iter().map(|(_, prior)| serde_json::to_value(prior).unwrap()).collect(),
+        Values::Number { min, max, .. } => vec![(0.37_f64).clamp(min, max).into()],
+        Values::Word(words) => words.iter().map(|word| Value::from(word.name)).collect(),
+        Values::Words(words) => vec![words[2..4].iter().map(|word| word.name).collect()],
+        Values::Preset(_) => parameter.choices().iter().map(|word| Value::from(word.name)).collect(),
     }
 }
 
@@ -68,11 +68,10 @@ fn every_setting_of_every_method() {
     let mut recipe = Recipe::default();
     (recipe.settings.layout, recipe.settings.carriers) = (LayoutChoice::Vertex, Carriers::Obj);
     for denoiser in Denoiser::every() {
-        let settings = options::json(&denoiser);
-        for knob in KNOBS.iter().filter(|knob| settings.pointer(knob.place).is_some()) {
-            for value in values(knob) {
-                let denoiser = options::with(&denoiser, knob.place, value).unwrap();
-                recipe.denoiser = denoiser;
+        for parameter in denoiser.options() {
+            for value in values(parameter) {
+                recipe.denoiser = denoiser.clone();
+                recipe.denoiser.set_parameter(parameter, value).unwrap();
                 assert_same(&recipe, folder.path());
             }
         }
@@ -103,15 +102,15 @@ fn everything_else_that_is_chosen() {
         |r| r.limits.boundary = true,
     ];
     for change in changes {
-        let mut recipe = Recipe { denoiser: options::named("taubin"), ..Recipe::default() };
+        let mut recipe = Recipe { denoiser: Denoiser::named("taubin").unwrap(), ..Recipe::default() };
         change(&mut recipe);
         assert_same(&recipe, folder.path());
     }
-    let mut recipe = Recipe { denoiser: options::named("taubin"), ..Recipe::default() };
+    let mut recipe = Recipe { denoiser: Denoiser::named("taubin").unwrap(), ..Recipe::default() };
     recipe.limits.mask = Some(folder.path().join("patch.txt"));
     assert_same(&recipe, folder.path());
-    for (_, normals) in planish_viewer::app::recipe::normals().iter().filter(|(word, _)| *word != "file") {
-        recipe.settings.normals = *normals;
+    for normals in NormalSource::ALL.into_iter().filter(|normals| *normals != NormalSource::File) {
+        recipe.settings.normals = Some(normals.into());
         assert_same(&recipe, folder.path());
     }
 }

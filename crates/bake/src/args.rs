@@ -1,18 +1,27 @@
-//! The command line, as clap reads it; the doc comments are the help.
+//! The command line, as clap reads it; the doc comments are the help. Settings of the methods come from the library.
 
 mod limits;
 mod method;
 mod values;
 
-pub(crate) use method::{MethodArg, MethodArgs, PresetArg};
-pub(crate) use values::{FormatArg, HeatArg, MapArg, SideArg, SpaceArg};
+pub(crate) use method::{MethodArgs, PresetArg};
+pub(crate) use values::{MapArg, OrAuto, SpaceArg};
 
+use crate::method_table;
 use clap::{Args, Parser, Subcommand};
+use planish_geometry::bundle::LayoutChoice;
+use planish_geometry::denoise::Denoiser;
+use planish_geometry::denoise::NormalField;
+use planish_geometry::displacement::FileFormat;
+use planish_geometry::metrics::Heat;
+use planish_geometry::noise::Direction;
+use planish_geometry::texture::normal_map::Convention;
+use planish_geometry::texture::{Interpolation, Texels};
 use planish_geometry::weld::Welding;
 use std::path::PathBuf;
 use values::{
-    ConventionArg, DirectionArg, InterpolationArg, LayoutArg, NormalsArg, TexelsArg, above_zero, bits, finite,
-    in_unit_interval, largest_side, not_negative, setting, side, tolerance, welding,
+    above_zero, bits, finite, in_unit_interval, largest_side, named, named_or_auto, not_negative, setting, side,
+    tolerance, welding,
 };
 
 /// Denoise a mesh with a displacement map.
@@ -89,6 +98,12 @@ pub(crate) enum Command {
     /// Say what is in a mesh file and what is wrong with it
     #[command(after_help = "Example:\n  planish info scan.obj --json")]
     Info(InfoArgs),
+    /// List the denoising methods and their settings
+    #[command(after_help = "Example:\n  planish methods guided-normals")]
+    #[command(after_long_help = format!(
+        "{}\nExample:\n  planish methods guided-normals", method_table::text(&Denoiser::every())
+    ))]
+    Methods(MethodsArgs),
     /// Print a completion script for a shell
     #[command(after_help = "Example:\n  planish completions bash > ~/.local/share/bash-completion/completions/planish")]
     Completions {
@@ -96,6 +111,19 @@ pub(crate) enum Command {
         shell: clap_complete::Shell,
     },
 }
+
+/// Which vertices of a file are one.
+#[derive(Args, Debug)]
+pub(crate) struct WeldArgs {
+    /// Which `v` lines are one vertex: exact (equal coordinates), none, or a distance in model units
+    ///
+    /// Exporters split vertices at UV seams; without welding the mesh would be cut open there.
+    #[arg(long, value_name = "exact|none|EPS", default_value = "exact", allow_negative_numbers = true, value_parser = welding)]
+    pub(crate) weld: Welding,
+}
+
+/// Meaning of `--normals auto`.
+const NORMALS: &str = "With methods that have --motion angle, denoised or leaning, whichever loses least; else angle";
 
 #[derive(Args, Debug)]
 pub(crate) struct BakeArgs {
@@ -107,16 +135,18 @@ pub(crate) struct BakeArgs {
     pub(crate) output: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) method: MethodArgs,
+    #[command(flatten, next_help_heading = "Denoising")]
+    pub(crate) welding: WeldArgs,
     /// Bake the way to this mesh instead: the result of any other denoiser, same vertices in the same order
     #[arg(long, value_name = "DENOISED.obj", help_heading = "Denoising")]
-    #[arg(conflicts_with_all = method::METHOD_OPTIONS)]
+    #[arg(conflicts_with_all = ["MethodArgs", "SettingArgs", "LimitArgs"])]
     pub(crate) target: Option<PathBuf>,
     /// Strength λ for the normal map and the client settings: 0 leaves the noise, 1 is denoised
     #[arg(long, value_name = "L", default_value_t = 1.0, allow_negative_numbers = true, value_parser = finite, help_heading = "Map")]
     pub(crate) lambda: f64,
     /// Normals to displace along; the carrier has them as its `vn` lines
-    #[arg(long, value_enum, default_value_t, help_heading = "Map")]
-    pub(crate) normals: NormalsArg,
+    #[arg(long, value_parser = named_or_auto::<NormalField>(NORMALS), default_value = "auto", help_heading = "Map")]
+    pub(crate) normals: OrAuto<NormalField>,
     /// Heights along the normals, or the whole way of each vertex
     ///
     /// Methods that have --motion are held to what heights can express; the report says what that costs.
@@ -126,8 +156,8 @@ pub(crate) struct BakeArgs {
     #[arg(long, value_enum, help_heading = "Map")]
     pub(crate) space: Option<SpaceArg>,
     /// Where a vertex has its texels
-    #[arg(long, value_enum, default_value_t, help_heading = "Map")]
-    pub(crate) layout: LayoutArg,
+    #[arg(long, value_parser = named::<LayoutChoice>(), default_value = LayoutChoice::default().name(), help_heading = "Map")]
+    pub(crate) layout: LayoutChoice,
     /// How far off a vertex may be for --layout auto to use the mesh's own UVs, in quanta
     #[arg(long, value_name = "Q", default_value_t = 1.0, allow_negative_numbers = true, value_parser = tolerance, help_heading = "Map")]
     pub(crate) tolerance: f64,
@@ -136,22 +166,22 @@ pub(crate) struct BakeArgs {
     pub(crate) max_size: u32,
     /// Texels on a side, or auto: the smallest power of two at which each vertex gets its height
     #[arg(long, value_name = "auto|N", default_value = "auto", allow_negative_numbers = true, value_parser = side, help_heading = "Map")]
-    pub(crate) size: SideArg,
+    pub(crate) size: OrAuto<u32>,
     /// How texels between vertices are filled
-    #[arg(long, value_enum, default_value_t, help_heading = "Map")]
-    pub(crate) interpolation: InterpolationArg,
+    #[arg(long, value_parser = named::<Interpolation>(), default_value = Interpolation::default().name(), help_heading = "Map")]
+    pub(crate) interpolation: Interpolation,
     /// What is done to the texels that vertices sample
-    #[arg(long, value_enum, default_value_t, help_heading = "Map")]
-    pub(crate) texels: TexelsArg,
+    #[arg(long, value_parser = named::<Texels>(), default_value = Texels::default().name(), help_heading = "Map")]
+    pub(crate) texels: Texels,
     /// Bits of a texel and channel: 8, 16 or 32 [default: 16, with --format exr 32]
     #[arg(long, value_name = "8|16|32", value_parser = bits, help_heading = "Map")]
     pub(crate) bits: Option<u32>,
     /// File format of the displacement map [default: png, with --bits 32 exr]
-    #[arg(long, value_enum, help_heading = "Map")]
-    pub(crate) format: Option<FormatArg>,
+    #[arg(long, value_parser = named::<FileFormat>(), help_heading = "Map")]
+    pub(crate) format: Option<FileFormat>,
     /// Green channel of the normal map: opengl points up (Blender, glTF, three.js, Unity), directx down (Unreal)
-    #[arg(long, value_enum, default_value_t, help_heading = "Map")]
-    pub(crate) normal_convention: ConventionArg,
+    #[arg(long, value_parser = named::<Convention>(), default_value = Convention::default().name(), help_heading = "Map")]
+    pub(crate) normal_convention: Convention,
     /// Write no NAME.glb, the carrier as binary glTF with the denoised surface as a morph target
     #[arg(long, help_heading = "Map")]
     pub(crate) no_glb: bool,
@@ -193,6 +223,8 @@ pub(crate) struct DenoiseArgs {
     pub(crate) output: PathBuf,
     #[command(flatten)]
     pub(crate) method: MethodArgs,
+    #[command(flatten, next_help_heading = "Denoising")]
+    pub(crate) welding: WeldArgs,
     /// Give the `vn` lines new numbers too, so that the shading follows; hard edges stay hard
     #[arg(long)]
     pub(crate) update_normals: bool,
@@ -215,8 +247,8 @@ pub(crate) struct CompareArgs {
     #[arg(long, value_name = "OUT.ply|.obj")]
     pub(crate) heatmap: Option<PathBuf>,
     /// What the colours show
-    #[arg(long, value_enum, default_value_t, requires = "heatmap")]
-    pub(crate) heat: HeatArg,
+    #[arg(long, value_parser = named::<Heat>(), default_value = Heat::default().name(), requires = "heatmap")]
+    pub(crate) heat: Heat,
     /// The error that is yellow: degrees with --heat angle, mean edge lengths with --heat distance
     #[arg(long, value_name = "X", requires = "heatmap", allow_negative_numbers = true, value_parser = above_zero)]
     pub(crate) heat_max: Option<f64>,
@@ -228,8 +260,8 @@ pub(crate) struct BenchQualityArgs {
     #[arg(value_name = "DIR")]
     pub(crate) folder: PathBuf,
     /// Methods, separated by commas [default: all]
-    #[arg(long, value_name = "A,B", value_enum, value_delimiter = ',')]
-    pub(crate) methods: Vec<MethodArg>,
+    #[arg(long, value_name = "A,B", value_parser = method::denoiser(), value_delimiter = ',')]
+    pub(crate) methods: Vec<Denoiser>,
     /// Names of pairs, separated by commas [default: all]
     #[arg(long, value_name = "X,Y", value_delimiter = ',')]
     pub(crate) pairs: Vec<String>,
@@ -259,17 +291,16 @@ pub(crate) struct NoiseArgs {
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = not_negative)]
     pub(crate) sigma: f64,
     /// Where vertices go
-    #[arg(long, value_enum, default_value_t)]
-    pub(crate) direction: DirectionArg,
+    #[arg(long, value_parser = named::<Direction>(), default_value = Direction::default().name())]
+    pub(crate) direction: Direction,
     /// Hit only this share of the vertices, 0 to 1
     #[arg(long, value_name = "P", allow_negative_numbers = true, value_parser = in_unit_interval)]
     pub(crate) impulsive: Option<f64>,
     /// The same seed gives the same noise
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true)]
     pub(crate) seed: u64,
-    /// Which `v` lines are one vertex: exact, none, or a distance in model units
-    #[arg(long, value_name = "exact|none|EPS", default_value = "exact", allow_negative_numbers = true, value_parser = welding)]
-    pub(crate) weld: Welding,
+    #[command(flatten)]
+    pub(crate) welding: WeldArgs,
 }
 
 #[derive(Args, Debug)]
@@ -277,7 +308,16 @@ pub(crate) struct InfoArgs {
     /// The mesh
     #[arg(value_name = "IN.obj")]
     pub(crate) input: PathBuf,
-    /// Which `v` lines are one vertex: exact, none, or a distance in model units
-    #[arg(long, value_name = "exact|none|EPS", default_value = "exact", allow_negative_numbers = true, value_parser = welding)]
-    pub(crate) weld: Welding,
+    #[command(flatten)]
+    pub(crate) welding: WeldArgs,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct MethodsArgs {
+    /// The method to list [default: all]
+    #[arg(value_name = "METHOD", value_parser = method::denoiser())]
+    pub(crate) method: Option<Denoiser>,
+    /// Print the page of the documentation
+    #[arg(long, conflicts_with_all = ["json", "method"])]
+    pub(crate) markdown: bool,
 }

@@ -7,6 +7,7 @@ pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod denoise;
 pub(crate) mod info;
+pub(crate) mod methods;
 pub(crate) mod noise;
 
 use planish_files::input::model;

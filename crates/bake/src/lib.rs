@@ -4,6 +4,7 @@ mod args;
 mod commands;
 mod console;
 mod csv;
+mod method_table;
 
 use args::{Cli, Command};
 use clap::{CommandFactory as _, Parser as _};
@@ -40,6 +41,10 @@ fn dispatch(command: Command, console: &Console) -> Result<(), Failure> {
         Command::BenchQuality(args) => commands::bench_quality::run(&args, console),
         Command::Noise(args) => commands::noise::run(&args, console),
         Command::Info(args) => commands::info::run(&args, console),
+        Command::Methods(args) => {
+            commands::methods::run(&args, console);
+            Ok(())
+        }
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "planish", &mut script);

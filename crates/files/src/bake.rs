@@ -2,10 +2,12 @@
 
 use crate::failure::Failure;
 use crate::input;
+use crate::method;
 use crate::output::{self, Folder};
 use crate::words::{count, volume_not_restored};
 use planish_geometry::atlas::AtlasError;
 use planish_geometry::bundle::{self, BakeError, Belongings, Bundle, Fallback, Goal, LayoutChoice, Names, Settings};
+use planish_geometry::denoise::Denoising;
 use planish_geometry::manifest::{self, HeightsLoss, Layout, Target};
 use planish_geometry::materials;
 use planish_geometry::model::Model;
@@ -54,6 +56,12 @@ fn stem(input: &Path) -> Result<String, Failure> {
 }
 
 impl Job<'_> {
+    /// The goal of denoising by a method, once that is ready to run.
+    pub fn method(&self, denoising: Denoising) -> Result<Goal, Failure> {
+        let denoiser = method::prepare(denoising.denoiser, self.input)?;
+        Ok(Goal::Denoiser(Denoising { denoiser, ..denoising }))
+    }
+
     /// The way to the result of any other denoiser.
     pub fn target(&self, path: &Path) -> Result<Goal, Failure> {
         let denoised = input::source(path)?;

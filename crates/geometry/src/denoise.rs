@@ -16,8 +16,10 @@ mod l0;
 mod laplacian;
 pub mod limits;
 mod map;
+mod method;
 mod noise_level;
 mod normal_field;
+mod parameters;
 mod sun;
 mod taubin;
 mod tgv_normals;
@@ -35,9 +37,11 @@ pub use heights::{HeightField, HeightResidual};
 pub use implicit::{Implicit, Solver};
 pub use l0::L0;
 pub use laplacian::{Boundary, EdgeWeights, Laplacian};
-pub use map::{Map, Prior};
+pub use map::{Map, Prior, PriorName};
+pub use method::{MethodInfo, Reference};
 pub use noise_level::{Kind, NoiseLevel};
-pub use normal_field::{HeightDirections, NormalField};
+pub use normal_field::{HeightDirections, NormalField, NormalFieldName};
+pub use parameters::{NotAllowed, Parameter, ParameterError, Preset, Values};
 pub use sun::Sun;
 pub use taubin::Taubin;
 pub use tgv_normals::TgvNormals;
@@ -46,38 +50,67 @@ pub use vertex_update::{FoldOvers, Motion, VertexScheme, VertexUpdate};
 use crate::progress::{Cancelled, Progress};
 use crate::surface::Surface;
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
+use method::DenoiseMethod;
+use serde::Serialize;
 
-/// A method with its settings; in JSON an object with the field `name`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "name", rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum Denoiser {
-    /// Steps towards the mean of the neighbours.
-    Laplacian(Laplacian),
-    /// The same without shrinking.
-    Taubin(Taubin),
-    /// Steps that are pushed back.
-    Hc(Hc),
-    /// One long step, by solving a linear system.
-    Implicit(Implicit),
-    /// Bilateral filter of the heights over the tangent planes.
-    Bilateral(Bilateral),
-    /// Normals averaged over faces that look the same way.
-    Sun(Sun),
-    /// Bilateral filter of the normals.
-    BilateralNormals(BilateralNormals),
-    /// The same, guided by the most consistent patches.
-    GuidedNormals(GuidedNormals),
-    /// As few edges that are not flat as possible.
-    L0(L0),
-    /// Total generalised variation of the normals.
-    TgvNormals(TgvNormals),
-    /// The most probable surface, where normals turn evenly but for creases.
-    Map(Map),
-    /// Whatever the mesh seems to need.
-    Auto(Auto),
+/// Declares the methods, by their settings.
+macro_rules! methods {
+    ($($method:ident,)+) => {
+        /// A method with its settings; in JSON an object with the field `name`.
+        #[derive(Clone, Debug, PartialEq, Serialize)]
+        #[serde(tag = "name", rename_all = "kebab-case")]
+        #[non_exhaustive]
+        pub enum Denoiser {
+            $(#[doc = concat!("The method of [`", stringify!($method), "`].")] $method($method),)+
+        }
+
+        impl Denoiser {
+            /// Every method with its default settings.
+            pub fn every() -> [Self; [$(stringify!($method)),+].len()] {
+                [$(Self::$method(<_>::default())),+]
+            }
+            /// Facts about the method that do not depend on its settings.
+            pub fn info(&self) -> &'static MethodInfo {
+                match self { $(Self::$method(_) => const { &$method::INFO },)+ }
+            }
+            /// The same method with the settings of its paper; none where that names none that fit every mesh.
+            pub fn paper(&self) -> Option<Self> {
+                match self { $(Self::$method(_) => $method::published().map(Self::$method),)+ }
+            }
+            fn choose(&self, surface: &Surface, progress: &dyn Progress) -> Result<Outcome, Cancelled> {
+                match self { $(Self::$method(settings) => settings.choose(surface, progress),)+ }
+            }
+            fn motion_mut(&mut self) -> Option<&mut Motion> {
+                match self { $(Self::$method(settings) => settings.motion_mut(),)+ }
+            }
+            /// Reads settings of the method of a name.
+            fn from_settings(name: &str, settings: serde_json::Value) -> Result<Self, serde_json::Error> {
+                $(if name == $method::INFO.name {
+                    return serde_json::from_value(settings).map(Self::$method);
+                })+
+                Err(serde::de::Error::custom(format!("there is no method `{name}`")))
+            }
+        }
+    };
 }
+
+methods! {
+    Laplacian,
+    Taubin,
+    Hc,
+    Implicit,
+    Bilateral,
+    Sun,
+    BilateralNormals,
+    GuidedNormals,
+    L0,
+    TgvNormals,
+    Map,
+    Auto,
+}
+
+/// δ, and what the method chose.
+type Outcome = (Vec<DVec3>, Option<auto::DenoiseChoice>);
 
 impl Default for Denoiser {
     fn default() -> Self {
@@ -86,56 +119,13 @@ impl Default for Denoiser {
 }
 
 impl Denoiser {
-    /// Every method with its default settings.
-    pub fn every() -> [Self; 12] {
-        [
-            Self::Laplacian(<_>::default()),
-            Self::Taubin(<_>::default()),
-            Self::Hc(<_>::default()),
-            Self::Implicit(<_>::default()),
-            Self::Bilateral(<_>::default()),
-            Self::Sun(<_>::default()),
-            Self::BilateralNormals(<_>::default()),
-            Self::GuidedNormals(<_>::default()),
-            Self::L0(<_>::default()),
-            Self::TgvNormals(<_>::default()),
-            Self::Map(<_>::default()),
-            Self::Auto(<_>::default()),
-        ]
-    }
-    /// Its name, as in JSON and on the command line.
+    /// Name of the method, as in JSON and on the command line.
     pub fn name(&self) -> &'static str {
-        match self {
-            Self::Laplacian(_) => "laplacian",
-            Self::Taubin(_) => "taubin",
-            Self::Hc(_) => "hc",
-            Self::Implicit(_) => "implicit",
-            Self::Bilateral(_) => "bilateral",
-            Self::Sun(_) => "sun",
-            Self::BilateralNormals(_) => "bilateral-normals",
-            Self::GuidedNormals(_) => "guided-normals",
-            Self::L0(_) => "l0",
-            Self::TgvNormals(_) => "tgv-normals",
-            Self::Map(_) => "map",
-            Self::Auto(_) => "auto",
-        }
+        self.info().name
     }
-    /// The same method with the settings that its authors used; none where they named none that fit every mesh.
-    pub fn paper(&self) -> Option<Self> {
-        match self {
-            Self::Bilateral(_) => Some(Self::Bilateral(Bilateral::paper())),
-            Self::Sun(_) => Some(Self::Sun(Sun::paper())),
-            Self::BilateralNormals(_) => Some(Self::BilateralNormals(BilateralNormals::paper())),
-            Self::GuidedNormals(_) => Some(Self::GuidedNormals(GuidedNormals::paper())),
-            Self::Hc(_) => Some(Self::Hc(Hc::default())),
-            Self::L0(_) => Some(Self::L0(L0::default())),
-            Self::Laplacian(_)
-            | Self::Taubin(_)
-            | Self::Implicit(_)
-            | Self::TgvNormals(_)
-            | Self::Map(_)
-            | Self::Auto(_) => None,
-        }
+    /// What the method does and what it is good for, in one line.
+    pub fn summary(&self) -> &'static str {
+        self.info().summary
     }
     /// What [`Denoiser::deltas`] gives, and what was chosen on the way; none by methods that choose nothing.
     pub fn run(
@@ -149,26 +139,7 @@ impl Denoiser {
         }
         progress.stage("denoising");
         // From a thread outside the pool each parallel loop would be handed over and waited for asleep.
-        rayon::scope(|_| {
-            let deltas = match self {
-                Self::Laplacian(settings) => laplacian::deltas(surface, settings, progress),
-                Self::Taubin(settings) => taubin::deltas(surface, settings, progress),
-                Self::Hc(settings) => hc::deltas(surface, settings, progress),
-                Self::Implicit(settings) => implicit::deltas(surface, settings, progress),
-                Self::Bilateral(settings) => bilateral::deltas(surface, settings, progress),
-                Self::Sun(settings) => sun::deltas(surface, settings, progress),
-                Self::BilateralNormals(settings) => bilateral_normals::deltas(surface, settings, progress),
-                Self::GuidedNormals(settings) => guided_normals::deltas(surface, settings, progress),
-                Self::L0(settings) => l0::deltas(surface, settings, progress),
-                Self::TgvNormals(settings) => tgv_normals::deltas(surface, settings, progress),
-                Self::Map(settings) => map::deltas(surface, settings, progress),
-                Self::Auto(settings) => {
-                    let (deltas, choice) = auto::choose(surface, settings, progress)?;
-                    return Ok((deltas, Some(choice)));
-                }
-            };
-            Ok((deltas?, None))
-        })
+        rayon::scope(|_| self.choose(surface, progress))
     }
     /// Where its vertices may go; none where it says nothing of it.
     pub fn motion(&self) -> Option<Motion> {
@@ -184,22 +155,6 @@ impl Denoiser {
     /// The same method with vertices that may go anywhere.
     pub fn freed(&self) -> Self {
         self.clone().with_motion(Motion::Free)
-    }
-    fn motion_mut(&mut self) -> Option<&mut Motion> {
-        match self {
-            Self::Sun(settings) => Some(&mut settings.vertex_update.motion),
-            Self::BilateralNormals(settings) => Some(&mut settings.vertex_update.motion),
-            Self::GuidedNormals(settings) => Some(&mut settings.vertex_update.motion),
-            Self::TgvNormals(settings) => Some(&mut settings.vertex_update.motion),
-            Self::Map(settings) => Some(&mut settings.motion),
-            Self::Auto(settings) => Some(&mut settings.motion),
-            Self::Laplacian(_)
-            | Self::Taubin(_)
-            | Self::Hc(_)
-            | Self::Implicit(_)
-            | Self::Bilateral(_)
-            | Self::L0(_) => None,
-        }
     }
     /// δᵢ = pᵢ − p*ᵢ, from the denoised place to the vertex. #V×3, model units; zero where a vertex stays.
     pub fn deltas(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {

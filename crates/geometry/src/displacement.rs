@@ -7,26 +7,27 @@ pub use file::{DecodeError, EncodeError, FileFormat, TexelFormat};
 
 pub(crate) use file::png;
 
+use crate::named;
 use crate::ragged::Index;
 use crate::texture::sampling::{Footprint, HeightMap, Size};
 use file::Stored;
 use glam::{Vec2, Vec3};
 use half::f16;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
-/// Kind of a displacement map: what its texels hold.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum MapKind {
-    /// Texels hold the height h by which noise lifted the vertex along its normal, in one channel.
-    #[default]
-    Scalar,
-    /// Texels hold the vector δ in the axes of the model: red, green and blue are x, y and z.
-    VectorObject,
-    /// Texels hold the vector δ in the tangent frame of the vertex: red along the tangent, green along the bitangent, blue
-    /// along the normal.
-    VectorTangent,
+named! {
+    /// Kind of a displacement map: what its texels hold.
+    #[derive(Default)]
+    pub enum MapKind {
+        /// Height along the normal: one channel.
+        #[default]
+        Scalar = "scalar",
+        /// Displacement vector in the axes of the model: red, green and blue are x, y and z.
+        VectorObject = "vector-object",
+        /// Displacement vector in the tangent frame of the vertex: red along the tangent, green along the bitangent, blue along the
+        /// normal.
+        VectorTangent = "vector-tangent",
+    }
 }
 
 impl MapKind {

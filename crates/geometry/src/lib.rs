@@ -53,6 +53,7 @@ pub mod manifest;
 pub mod materials;
 pub mod metrics;
 pub mod model;
+pub mod named;
 pub mod noise;
 pub mod normals;
 pub mod obj;

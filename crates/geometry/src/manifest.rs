@@ -4,8 +4,9 @@
 //! fields are passed over when reading, so that later versions may add some.
 
 use crate::denoise::limits::Outcome;
-use crate::denoise::{Denoising, HeightResidual, NormalField, auto};
+use crate::denoise::{Denoiser, Denoising, HeightResidual, NormalField, auto};
 use crate::displacement::{Encoding, MapKind, TexelFormat};
+use crate::named;
 use crate::ragged::Index;
 #[cfg(doc)]
 use crate::source::Source;
@@ -75,9 +76,10 @@ pub struct SourceEntry {
     pub faces: usize,
 }
 
-/// How the mesh was denoised; in JSON an object with the field `name`.
+/// How the mesh was denoised; in JSON an object with the field `name`. Settings of a method that this version knows have to
+/// be ones that it has, in their ranges.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(untagged, expecting = "`method` is not an object with a `name`")]
+#[serde(untagged, try_from = "serde_json::Map<String, serde_json::Value>")]
 pub enum Method {
     /// By this, all settings included.
     Denoiser(Denoising),
@@ -86,6 +88,35 @@ pub enum Method {
     /// By something that this version does not know; the map can be used all the same.
     Other(serde_json::Map<String, serde_json::Value>),
 }
+
+impl Method {
+    /// Name of the method, or `target`.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Denoiser(Denoising { denoiser, .. }) => denoiser.name(),
+            Self::Target(_) => TARGET,
+            Self::Other(method) => method.get("name").and_then(serde_json::Value::as_str).unwrap_or_default(),
+        }
+    }
+}
+
+impl TryFrom<serde_json::Map<String, serde_json::Value>> for Method {
+    type Error = serde_json::Error;
+
+    fn try_from(method: serde_json::Map<String, serde_json::Value>) -> Result<Self, Self::Error> {
+        let name = method.get("name").and_then(serde_json::Value::as_str).unwrap_or_default();
+        if Denoiser::named(name).is_ok() {
+            serde_json::from_value(method.into()).map(Self::Denoiser)
+        } else if name == TARGET {
+            serde_json::from_value(method.into()).map(Self::Target)
+        } else {
+            Ok(Self::Other(method))
+        }
+    }
+}
+
+/// Name of a mesh that was denoised by other means, in the place of the name of a method.
+const TARGET: &str = "target";
 
 /// A mesh that was denoised by other means.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -111,26 +142,28 @@ impl Target {
     }
 }
 
-/// Where the texels of a vertex are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Layout {
-    /// At its texture coordinates.
-    #[default]
-    Uv,
-    /// The i-th source vertex in texel (i mod width, i div width), row 0 on top.
-    Vertex,
+named! {
+    /// Where a vertex has its texels.
+    #[derive(Default)]
+    pub enum Layout {
+        /// At its texture coordinates.
+        #[default]
+        Uv = "uv",
+        /// The i-th source vertex in texel (i mod width, i div width), row 0 on top.
+        Vertex = "vertex",
+    }
 }
 
-/// Whose texture coordinates a map lies in.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum UvSource {
-    /// Those of the mesh.
-    #[default]
-    Mesh,
-    /// The bake made them; only the carrier has them.
-    Unwrapped,
+named! {
+    /// Whose texture coordinates a map lies in.
+    #[derive(Default)]
+    pub enum UvSource {
+        /// The texture coordinates of the mesh.
+        #[default]
+        Mesh = "mesh",
+        /// New texture coordinates that the bake made; only the carrier has them.
+        Unwrapped = "unwrapped",
+    }
 }
 
 impl UvSource {
@@ -411,6 +444,10 @@ impl Manifest {
                 return Err(ManifestError::Version(version.to_string()));
             }
             Some(_) => {}
+        }
+        if let Some(method) = value.get("method") {
+            let fault = |e: serde_json::Error| ManifestError::Value { field: "method", problem: e.to_string() };
+            Method::deserialize(method).map_err(fault)?;
         }
         let manifest: Self = serde_json::from_slice(bytes).map_err(json)?;
         manifest.check()?;

@@ -1,6 +1,7 @@
 //! A mesh understood: its welded surface, its normals, its layout, and what is wrong with it.
 
 use crate::atlas::{Atlas, AtlasError};
+use crate::named;
 use crate::normals::{self, FaceWeight};
 use crate::ragged::{Index, Ragged};
 use crate::source::{Corner, MeshData, Source};
@@ -8,21 +9,22 @@ use crate::surface::Surface;
 use crate::topology::{self, EdgeKind, TidyFaces, Topology};
 use crate::weld::{Weld, Welding};
 use glam::{DVec3, Vec3};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
-/// Where the vertex normals of a mesh come from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum NormalSource {
-    /// Normals of the source, averaged over the corners of a vertex; angle-weighted where it has none.
-    File,
-    /// [`FaceWeight::Uniform`].
-    Uniform,
-    /// [`FaceWeight::Area`].
-    Area,
-    /// [`FaceWeight::Angle`].
-    #[default]
-    Angle,
+named! {
+    /// Where the vertex normals of a mesh come from.
+    #[derive(Default)]
+    pub enum NormalSource {
+        /// Normals of the file, averaged at each vertex; angle-weighted where a vertex has none.
+        File = "file",
+        /// Mean of the normals of the faces.
+        Uniform = "uniform",
+        /// Mean of the normals of the faces, weighted by area.
+        Area = "area",
+        /// Mean of the normals of the faces, weighted by angle, as Blender's.
+        #[default]
+        Angle = "angle",
+    }
 }
 
 /// No face of the source names a usable normal.

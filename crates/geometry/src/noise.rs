@@ -1,5 +1,6 @@
 //! Synthetic noise, for tests and experiments.
 
+use crate::named;
 use crate::normals::{self, FaceWeight};
 use crate::surface::Surface;
 use glam::DVec3;
@@ -20,14 +21,16 @@ pub struct Noise {
     pub seed: u64,
 }
 
-/// Direction in which noise displaces a vertex.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Direction {
-    /// Along the angle-weighted normal, as depth sensors err.
-    #[default]
-    Normal,
-    /// In a uniformly random direction.
-    Random,
+named! {
+    /// Direction in which noise displaces a vertex.
+    #[derive(Default)]
+    pub enum Direction {
+        /// Along the angle-weighted vertex normal, as a depth sensor errs.
+        #[default]
+        Normal = "normal",
+        /// In a uniformly random direction.
+        Random = "random",
+    }
 }
 
 /// Displacements with Gaussian lengths; zero for vertices that are not displaced. #V×3, model units

@@ -21,38 +21,40 @@ pub use raster::Coverage;
 pub use sampling::{HeightMap, Size};
 
 use crate::atlas::Atlas;
+use crate::named;
 use crate::progress::{Cancelled, Parts, Progress};
 use crate::ragged::Index;
 use crate::surface::Surface;
 use glam::DVec3;
 use rayon::prelude::*;
 use scatter::Scatter;
-use serde::{Deserialize, Serialize};
 
-/// Interpolation of the heights between vertices.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Interpolation {
-    /// Linear in each triangle of the mesh; between the charts linear on the Delaunay triangulation of their outlines.
-    #[default]
-    Barycentric,
-    /// By natural neighbours of the wedges (Sibson 1981), whatever the triangles of the mesh.
-    Natural,
-    /// As the mean of the eight nearest wedges, weighted by 1/distance² (Shepard 1968).
-    Idw,
-    /// As the height of the nearest wedge.
-    Nearest,
+named! {
+    /// Interpolation of the heights between vertices.
+    #[derive(Default)]
+    pub enum Interpolation {
+        /// Linear on the triangles of the mesh; between the charts on a Delaunay triangulation of their outlines.
+        #[default]
+        Barycentric = "barycentric",
+        /// Natural neighbours of the vertices in the texture (Sibson 1981).
+        Natural = "natural",
+        /// Inverse squared distance to the eight nearest vertices in the texture (Shepard 1968).
+        Idw = "idw",
+        /// The nearest vertex in the texture.
+        Nearest = "nearest",
+    }
 }
 
-/// Treatment of the texels that vertices sample.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Texels {
-    /// Texels are fitted until sampling gives each vertex its height.
-    #[default]
-    Fitted,
-    /// Texels stay as interpolated.
-    Interpolated,
+named! {
+    /// Treatment of the texels that vertices sample.
+    #[derive(Default)]
+    pub enum Texels {
+        /// Texels are fitted until sampling gives each vertex its exact height.
+        #[default]
+        Fitted = "fitted",
+        /// Texels stay as interpolated.
+        Interpolated = "interpolated",
+    }
 }
 
 /// A surface in the texture: where its corners lie there and which texels its triangles cover.

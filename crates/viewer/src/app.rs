@@ -6,7 +6,6 @@ pub mod history;
 pub mod jobs;
 pub mod measurement;
 mod messages;
-pub mod options;
 pub mod pictures;
 pub mod recipe;
 pub mod remembered;

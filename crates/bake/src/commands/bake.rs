@@ -1,13 +1,13 @@
 //! `planish bake`
 
 use super::{count, measure};
-use crate::args::{BakeArgs, FormatArg, MapArg, SpaceArg};
+use crate::args::{BakeArgs, MapArg, SpaceArg};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::output::Folder;
 use planish_files::bake::{self, Job};
 use planish_files::words;
-use planish_geometry::bundle::{self, Carriers, Goal, Lambda, LargestSide, LayoutChoice, Quanta, Settings};
+use planish_geometry::bundle::{self, Carriers, Lambda, LargestSide, LayoutChoice, Quanta, Settings};
 use planish_geometry::displacement::{FileFormat, MapKind, TexelFormat};
 use planish_geometry::manifest::UvSource;
 use planish_geometry::progress::Progress as _;
@@ -27,7 +27,7 @@ struct Wrote<'a> {
 pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
     let texel = texel(args)?;
     let map = map_kind(args)?;
-    let layout = args.layout.into();
+    let layout = args.layout;
     if layout == LayoutChoice::Vertex && args.size.0.is_some() {
         let reason = "--size does not go with --layout vertex, whose size follows from the number of vertices";
         return Err(Failure::Input(reason.to_owned()));
@@ -40,28 +40,28 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
     let input = &args.input;
     let default = || bake::default_folder(input);
     let folder = args.output.clone().map_or_else(default, Ok)?;
-    let model = super::model(input, args.method.weld, console)?;
+    let model = super::model(input, args.welding.weld, console)?;
     let folder = Folder::open(&folder)?;
     let read: Vec<PathBuf> = args.method.masks().chain(&args.target).cloned().collect();
     let job = Job { input, model: &model, folder: folder.path(), spared: &read };
     let goal = match &args.target {
         Some(path) => job.target(path)?,
-        None => Goal::Denoiser(args.method.denoising(model.data())?),
+        None => job.method(args.method.denoising(model.data())?)?,
     };
     let settings = Settings {
         goal,
-        welding: args.method.weld,
-        normals: args.normals.into(),
+        welding: args.welding.weld,
+        normals: args.normals.0,
         lambda: Lambda(args.lambda),
         map,
         layout,
         side: args.size.0,
         largest_side: LargestSide(args.max_size),
         tolerance: Quanta(args.tolerance),
-        interpolation: args.interpolation.into(),
-        texels: args.texels.into(),
+        interpolation: args.interpolation,
+        texels: args.texels,
         texel,
-        convention: args.normal_convention.into(),
+        convention: args.normal_convention,
         carriers: if args.no_glb { Carriers::Obj } else { Carriers::ObjAndGlb },
     };
     let baked = job.run(&settings, console)?;
@@ -82,10 +82,7 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
 
 /// The format that was asked for, whole or in part.
 fn texel(args: &BakeArgs) -> Result<TexelFormat, Failure> {
-    let format = args.format.map_or_else(
-        || if args.bits == Some(32) { FileFormat::Exr } else { FileFormat::Png },
-        |format: FormatArg| format.into(),
-    );
+    let format = args.format.unwrap_or(if args.bits == Some(32) { FileFormat::Exr } else { FileFormat::Png });
     let bits = args.bits.unwrap_or(if format == FileFormat::Exr { 32 } else { 16 });
     TexelFormat::new(format, bits).ok_or_else(|| {
         let of = |f: fn(&TexelFormat) -> String, fits: &dyn Fn(&TexelFormat) -> bool| {

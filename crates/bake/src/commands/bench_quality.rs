@@ -3,14 +3,14 @@
 mod pairs;
 mod report;
 
-use crate::args::{BenchQualityArgs, MethodArg, PresetArg};
+use crate::args::{BenchQualityArgs, PresetArg};
 use crate::console::Console;
 use crate::csv::{self, Csv};
 use crate::failure::Failure;
 use crate::{input, output};
-use clap::ValueEnum as _;
 use pairs::Pair;
-use planish_geometry::denoise::Denoiser;
+use planish_files::method;
+use planish_geometry::denoise::{Denoiser, Parameter};
 use planish_geometry::metrics::{self, Triangles};
 use planish_geometry::model::Model;
 use planish_geometry::progress::Progress;
@@ -50,31 +50,33 @@ pub(crate) fn run(args: &BenchQualityArgs, console: &Console) -> Result<(), Fail
 
 /// The methods that are wanted, with the settings that are wanted.
 fn denoisers(args: &BenchQualityArgs) -> Result<Vec<Denoiser>, Failure> {
-    let wanted = if args.methods.is_empty() { MethodArg::value_variants() } else { &args.methods };
+    let wanted = if args.methods.is_empty() { &Denoiser::every()[..] } else { &args.methods };
     let mut used = vec![false; args.set.len()];
     let mut all = Vec::new();
     for method in wanted {
-        let default = method.denoiser()?;
-        let start = match args.preset {
-            PresetArg::Default => default,
-            PresetArg::Paper => default.paper().unwrap_or(default),
+        let mut denoiser = match args.preset {
+            PresetArg::Default => method.clone(),
+            PresetArg::Paper => method.paper().unwrap_or_else(|| method.clone()),
         };
-        let mut settings = serde_json::to_value(&start).unwrap_or_default();
         for ((name, value), used) in args.set.iter().zip(&mut used) {
-            let places = [format!("/{name}"), format!("/vertex_update/{name}")];
-            let place = places.iter().find(|place| name != "name" && settings.pointer(place).is_some());
-            if let Some(slot) = place.and_then(|place| settings.pointer_mut(place)) {
-                *slot = value.clone();
+            if let Some(parameter) = parameter(&denoiser, name) {
+                let refused = |e| Failure::Input(format!("--set: {e}"));
+                denoiser.set_parameter(parameter, value.clone()).map_err(refused)?;
                 *used = true;
             }
         }
-        let refused = |e: serde_json::Error| Failure::Input(format!("--set: {}: {e}", start.name()));
-        all.push(serde_json::from_value(settings).map_err(refused)?);
+        all.push(method::prepare(denoiser, &args.folder)?);
     }
     match args.set.iter().zip(used).find(|(_, used)| !used) {
         Some(((name, _), _)) => Err(Failure::Input(format!("--set {name}: none of the methods has that setting"))),
         None => Ok(all),
     }
+}
+
+/// The setting of a method as its JSON, the JSON of its vertex update or the command line calls it.
+fn parameter(denoiser: &Denoiser, name: &str) -> Option<&'static Parameter> {
+    let at = |pointer: String| denoiser.parameters().find(|parameter| parameter.pointer == pointer);
+    at(format!("/{name}")).or_else(|| at(format!("/vertex_update/{name}"))).or_else(|| denoiser.parameter(name))
 }
 
 /// Runs every method over a pair, and with `harm` over its clean mesh as well. A mesh that cannot be used is put down in the

@@ -5,8 +5,9 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::input;
 use planish_files::map_files::MapFiles;
-use planish_files::words;
+use planish_files::{method, words};
 use planish_geometry::bundle::{self, Goal, WrittenFiles};
+use planish_geometry::denoise::Denoising;
 use planish_geometry::manifest::{self, Method, Report};
 use planish_geometry::model::Model;
 use planish_geometry::progress::Progress as _;
@@ -38,7 +39,10 @@ pub(crate) fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
     let model = Model::new(source, manifest.welding);
     console.check()?;
     let goal = match &manifest.method {
-        Method::Denoiser(denoising) => Goal::Denoiser(denoising.clone()),
+        Method::Denoiser(Denoising { denoiser, limits }) => {
+            let denoiser = method::prepare(denoiser.clone(), path)?;
+            Goal::Denoiser(Denoising { denoiser, limits: limits.clone() })
+        }
         Method::Target(target) => {
             let target_path = files.beside(&target.file);
             let denoised = unchanged(&target_path, &target.sha256, path)?;
@@ -47,9 +51,9 @@ pub(crate) fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
             }
             Goal::to(&model, denoised.data(), target.clone())
         }
-        Method::Other(method) => {
-            let name = method.get("name").map(ToString::to_string).unwrap_or_default();
-            return Err(Failure::at(path, format!("field `method`: this planish does not know {name}")));
+        Method::Other(_) => {
+            let name = manifest.method.name();
+            return Err(Failure::at(path, format!("field `method`: this planish does not know {name:?}")));
         }
     };
     let image = files.image();

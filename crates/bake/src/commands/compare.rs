@@ -50,7 +50,7 @@ pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), Failure> 
     console.stage("reading");
     let clean = Triangles::from(input::source(&args.clean)?.data());
     let (mut rows, mut hot) = (Vec::new(), Vec::new());
-    let what = args.heat.into();
+    let what = args.heat;
     for path in &args.results {
         console.stage("comparing");
         let result = Triangles::from(input::source(path)?.data());

@@ -4,7 +4,7 @@ use crate::args::DenoiseArgs;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::output::Output;
-use planish_files::words;
+use planish_files::{method, words};
 use planish_geometry::denoise::limits::Outcome;
 use planish_geometry::denoise::{Denoising, DenoisingError, Moved, NormalField, auto};
 use planish_geometry::manifest::HeightsLoss;
@@ -43,9 +43,10 @@ struct Heights {
 pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> {
     let inputs: Vec<&Path> = [&args.input].into_iter().chain(args.method.masks()).map(PathBuf::as_path).collect();
     let output = Output::open(&args.output, &inputs)?;
-    let model = super::model(&args.input, args.method.weld, console)?;
+    let model = super::model(&args.input, args.welding.weld, console)?;
     let surface = model.surface();
-    let method = args.method.denoising(model.data())?;
+    let mut method = args.method.denoising(model.data())?;
+    method.denoiser = method::prepare(method.denoiser, &args.input)?;
     let moved = method.run(surface, model.weld(), method.output(), console).map_err(|e| match e {
         DenoisingError::Limits(e) => Failure::limits(&e, &args.input),
         DenoisingError::Cancelled(_) => Failure::Interrupted,

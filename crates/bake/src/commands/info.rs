@@ -9,7 +9,7 @@ use planish_geometry::progress::Progress as _;
 use std::fmt::Write as _;
 
 pub(crate) fn run(args: &InfoArgs, console: &Console) -> Result<(), Failure> {
-    let model = super::model(&args.input, args.weld, console)?;
+    let model = super::model(&args.input, args.welding.weld, console)?;
     console.stage("looking");
     let info = info::look(&args.input, &model, console)?;
     console.report(&info, || text(&info));

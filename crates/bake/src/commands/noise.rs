@@ -21,11 +21,11 @@ struct Added {
 
 pub(crate) fn run(args: &NoiseArgs, console: &Console) -> Result<(), Failure> {
     let output = Output::open(&args.output, &[&args.input])?;
-    let model = super::model(&args.input, args.weld, console)?;
+    let model = super::model(&args.input, args.welding.weld, console)?;
     let surface = model.surface();
     console.stage("noise");
     let share = args.impulsive.unwrap_or(1.0);
-    let noise = Noise { sigma: args.sigma, direction: args.direction.into(), share, seed: args.seed };
+    let noise = Noise { sigma: args.sigma, direction: args.direction, share, seed: args.seed };
     let displacements = noise::displacements(surface, &noise);
     let places: Vec<_> = surface.positions().iter().zip(&displacements).map(|(p, d)| *p + *d).collect();
     console.stage("writing");

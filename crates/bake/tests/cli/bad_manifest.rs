@@ -125,3 +125,38 @@ fn apply_writes_over_none_of_its_inputs() {
     }
     folder.refuses("apply out/in.planish.json --mesh in.obj -o in.obj", &["in.obj", "is an input"]);
 }
+
+#[test]
+fn settings_that_a_method_does_not_have_or_cannot_have_are_named() {
+    let folder = Folder::with("in.obj", Mesh::sphere(4).noisy(0.05).obj());
+    let cases: &[(&str, &str, Value, &str)] = &[
+        (
+            "laplacian",
+            "/iterations",
+            json!(4_294_967_295_u32),
+            "`iterations` of laplacian: 4294967295 is not a whole number",
+        ),
+        ("laplacian", "/step", json!(1.5), "`step` of laplacian: 1.5 is not a number between 0 and 1"),
+        ("guided-normals", "/radius", json!(1e9), "`radius` of guided-normals: 1000000000.0 is not a number between"),
+        ("bilateral-normals", "/smoothness", json!(0), "`smoothness` of bilateral-normals: 0 is not a number between"),
+        ("map", "/prior/rounds", json!(-1), "`prior.rounds` of map: -1 is not a whole number between 0 and 100000"),
+        ("auto", "/candidates", json!(["best"]), "`candidates` of auto: [\"best\"] is not a list of some of flat, "),
+    ];
+    for (method, pointer, value, words) in cases {
+        folder.succeeds(&format!("bake in.obj --method {method} -o out --size 64"));
+        let mut manifest = folder.json("out/in.planish.json");
+        *manifest["method"].pointer_mut(pointer).unwrap() = value.clone();
+        folder.write("out/in.planish.json", manifest.to_string());
+        for command in [APPLY, "check out/in.planish.json"] {
+            folder.refuses(command, &["error: out/in.planish.json: field `method`: setting ", words]);
+        }
+    }
+    folder.succeeds("bake in.obj --method sun -o out --size 64");
+    let mut manifest = folder.json("out/in.planish.json");
+    manifest["method"]["treshold"] = manifest["method"]["threshold"].take();
+    manifest["method"].as_object_mut().unwrap().shift_remove("threshold");
+    folder.write("out/in.planish.json", manifest.to_string());
+    for command in [APPLY, "check out/in.planish.json"] {
+        folder.refuses(command, &["field `method`: sun has no setting `treshold`; it has iterations, threshold, "]);
+    }
+}

@@ -2,7 +2,7 @@
 
 use crate::folder::Folder;
 
-const COMMANDS: [(&str, &[&str]); 8] = [
+const COMMANDS: [(&str, &[&str]); 9] = [
     (
         "bake",
         &[
@@ -52,6 +52,7 @@ const COMMANDS: [(&str, &[&str]); 8] = [
     ("bench-quality", &["<DIR>", "--methods", "--pairs", "--preset", "--set", "--csv"]),
     ("noise", &["--output", "--sigma", "--direction", "--impulsive", "--seed", "--weld"]),
     ("info", &["<IN.obj>", "--weld"]),
+    ("methods", &["[METHOD]", "--markdown"]),
     ("completions", &["<SHELL>"]),
 ];
 
@@ -76,7 +77,7 @@ fn the_help_of_each_command_has_its_options_and_an_example() {
 fn the_examples_name_options_that_exist() {
     // An option that clap does not know is refused before any file is looked for.
     let folder = Folder::new();
-    for (command, _) in COMMANDS.iter().filter(|c| c.0 != "completions") {
+    for (command, _) in COMMANDS.iter().filter(|c| !["methods", "completions"].contains(&c.0)) {
         let help = folder.succeeds(&format!("{command} --help")).out;
         let example = help.split("Example:\n  planish ").nth(1).unwrap().trim();
         folder.refuses(example, &["error: ", "o such file"]);
@@ -104,7 +105,7 @@ fn completions_know_every_command() {
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
         let script = folder.succeeds(&format!("completions {shell}")).out;
         for (command, options) in COMMANDS {
-            let names = std::iter::once(&command).chain(options).filter(|name| !name.starts_with('<'));
+            let names = std::iter::once(&command).chain(options).filter(|name| !name.starts_with(['<', '[']));
             for name in names {
                 // fish writes `-l json`, not `--json`.
                 assert!(script.contains(name.trim_start_matches('-')), "{shell}: {name}");

@@ -4,20 +4,13 @@ use crate::folder::Folder;
 use crate::mesh::Mesh;
 use serde_json::Value;
 
-const METHODS: [&str; 12] = [
-    "laplacian",
-    "taubin",
-    "hc",
-    "implicit",
-    "bilateral",
-    "sun",
-    "bilateral-normals",
-    "guided-normals",
-    "l0",
-    "tgv-normals",
-    "map",
-    "auto",
-];
+/// Names of all methods.
+fn methods(folder: &Folder) -> Vec<String> {
+    let table = folder.succeeds_with_json("methods");
+    let names: Vec<String> = table.as_array().unwrap().iter().map(|method| text(&method["name"])).collect();
+    assert!(names.len() >= 12, "{names:?}");
+    names
+}
 
 fn folder() -> Folder {
     Folder::with("in.obj", Mesh::sphere(8).noisy(0.1).with_defects().obj())
@@ -26,9 +19,9 @@ fn folder() -> Folder {
 #[test]
 fn every_method_denoises_and_bakes_a_mesh_of_polygons_with_defects() {
     let folder = folder();
-    for method in METHODS {
+    for method in methods(&folder) {
         let report = folder.succeeds_with_json(&format!("denoise in.obj -o out.obj --method {method}"));
-        assert_eq!(report["method"]["name"], method);
+        assert_eq!(report["method"]["name"], *method);
         assert!(report["max_displacement"].as_f64().unwrap() > 0.0, "{method}");
         folder.succeeds(&format!("bake in.obj -o out --size 64 --method {method}"));
         let mut method = folder.json("out/in.planish.json")["method"].clone();
@@ -109,5 +102,78 @@ fn an_option_of_another_method_is_refused_with_the_methods_it_goes_with() {
     }
     for option in ["--method sun", "--sigma-range 1", "--closeness 0", "--preset paper", "--boundary free"] {
         folder.refuses_usage(&format!("bake in.obj -o new --target in.obj {option}"), &["--target"]);
+    }
+}
+
+#[test]
+fn no_option_of_a_method_or_limit_goes_with_a_target() {
+    let folder = folder();
+    let methods = folder.succeeds_with_json("methods");
+    let parameters = methods.as_array().unwrap().iter().flat_map(|method| method["parameters"].as_array().unwrap());
+    let mut options: Vec<String> = parameters
+        .map(|p| {
+            let value = if p["words"][0].is_null() { p["min"].to_string() } else { text(&p["words"][0]["name"]) };
+            format!("--{}={value}", text(&p["name"]))
+        })
+        .collect();
+    options.sort();
+    options.dedup();
+    let others = ["--method=sun", "--preset=paper", "--fix=boundary", "--max-displacement=1", "--preserve-volume"];
+    options.extend(others.map(str::to_owned));
+    for option in options {
+        let name = option.split('=').next().unwrap();
+        folder.refuses_usage(&format!("bake in.obj -o new --target in.obj {option}"), &["--target", name]);
+    }
+    folder.succeeds("bake in.obj -o out --size 64 --target in.obj --weld none");
+}
+
+fn text(value: &Value) -> String {
+    value.as_str().unwrap().to_owned()
+}
+
+#[test]
+fn the_help_of_every_option_says_default_range_and_methods() {
+    let folder = folder();
+    let help = folder.succeeds("denoise --help").out;
+    // Line breaks are where the terminal has them.
+    let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+    for method in folder.succeeds_with_json("methods").as_array().unwrap() {
+        let name = text(&method["name"]);
+        assert!(help.contains(&format!("- {name}: {}", text(&method["summary"]))), "{name}");
+        for parameter in method["parameters"].as_array().unwrap() {
+            let option = text(&parameter["name"]);
+            let said = help.split(&format!(" --{option} <")).nth(1).unwrap_or_else(|| panic!("--{option}"));
+            // The next option begins before its value.
+            let said = said.split(" <").next().unwrap();
+            assert!(said.contains(&name) && said.contains("[default: "), "--{option} of {name}: {said}");
+            assert_eq!(said.contains("[range: "), !parameter["min"].is_null(), "--{option}: {said}");
+        }
+    }
+}
+
+#[test]
+fn the_table_of_methods_is_the_help_of_the_command_and_the_documentation() {
+    let folder = Folder::new();
+    let all = folder.succeeds("methods").out;
+    assert!(methods(&folder).iter().all(|name| all.contains(&format!("{name}\n  "))), "{all}");
+    for help in ["help methods", "methods --help"] {
+        let help = folder.succeeds(help).out;
+        assert!(help.contains("--sigma-range") && help.contains("Smoothing that does not shrink"), "{help}");
+    }
+    let one = folder.succeeds("methods implicit").out;
+    assert!(one.starts_with("implicit\n") && one.contains("Cholesky") && !one.contains("taubin"), "{one}");
+    folder.refuses_usage("methods none", &["none", "laplacian"]);
+    let page = folder.succeeds("methods --markdown").out;
+    let committed = include_str!("../../../../docs/methods.md");
+    assert!(page == committed, "docs/methods.md is old: cargo run -- methods --markdown > docs/methods.md");
+}
+
+#[test]
+fn neighbours_may_be_spelt_either_way() {
+    let folder = folder();
+    for option in ["--neighbours", "--neighbors"] {
+        let report =
+            folder.succeeds_with_json(&format!("denoise in.obj -o o.obj --method bilateral-normals {option} edge"));
+        assert_eq!(report["method"]["neighbours"], "edge");
     }
 }

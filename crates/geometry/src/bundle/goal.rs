@@ -13,9 +13,11 @@ use crate::progress::Progress;
 use crate::source::MeshData;
 use crate::surface::Surface;
 use glam::{DVec3, Vec3};
+use serde::{Deserialize, Serialize};
 
-/// Where the vertices shall go.
-#[derive(Clone, Debug, PartialEq)]
+/// Where the vertices shall go; in JSON an object with the field `name`, which is that of a method or `target`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged, try_from = "serde_json::Map<String, serde_json::Value>")]
 pub enum Goal {
     /// Where a method takes them, within its limits.
     Denoiser(Denoising),
@@ -24,8 +26,27 @@ pub enum Goal {
         /// Of the vertices. #V×3, model units
         positions: Vec<DVec3>,
         /// Where they are from.
+        #[serde(flatten)]
         target: Target,
     },
+}
+
+impl TryFrom<serde_json::Map<String, serde_json::Value>> for Goal {
+    type Error = serde_json::Error;
+
+    fn try_from(mut goal: serde_json::Map<String, serde_json::Value>) -> Result<Self, Self::Error> {
+        let positions = goal.shift_remove("positions");
+        match (Method::try_from(goal)?, positions) {
+            (Method::Denoiser(denoising), None) => Ok(Self::Denoiser(denoising)),
+            (Method::Target(target), Some(positions)) => {
+                Ok(Self::Target { positions: serde_json::from_value(positions)?, target })
+            }
+            (method, _) => Err(serde::de::Error::custom(format!(
+                "`{}` is neither a method nor a target with positions",
+                method.name()
+            ))),
+        }
+    }
 }
 
 impl Default for Goal {

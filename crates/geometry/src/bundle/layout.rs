@@ -3,24 +3,27 @@
 use super::{BakeError, Settings};
 use crate::atlas::Atlas;
 use crate::displacement;
+use crate::named;
 use crate::progress::Progress;
 use crate::surface::Surface;
 use crate::texture::findings::{self, Findings};
 use crate::texture::resolution::{self, Choice, Reason, Spacing};
 use crate::texture::{Coverage, Exactness, Size, Texels};
 
-/// Where texels of a vertex shall be.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum LayoutChoice {
-    /// At its texture coordinates where these can hold all heights, else in one of its own.
-    #[default]
-    Auto,
-    /// At its texture coordinates.
-    Uv,
-    /// In one of its own.
-    Vertex,
-    /// At texture coordinates that are made for the purpose; only with the feature `unwrap`.
-    Unwrap,
+named! {
+    /// Where a vertex shall have its texels.
+    #[derive(Default)]
+    pub enum LayoutChoice {
+        /// The mesh's own UVs where these can hold all heights, else one texel for each vertex.
+        #[default]
+        Auto = "auto",
+        /// The mesh's own UVs.
+        Uv = "uv",
+        /// One texel for each vertex: always exact, needs no UVs.
+        Vertex = "vertex",
+        /// New UVs, made by xatlas; only in a planish built with --features unwrap.
+        Unwrap = "unwrap",
+    }
 }
 
 /// Why the texture coordinates of a mesh were not used.

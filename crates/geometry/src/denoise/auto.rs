@@ -22,8 +22,12 @@ pub use candidates::Candidate;
 
 use super::bilaplacian::BoundaryConstraint;
 use super::connectivity::Connectivity;
-use super::map::Problem;
+use super::laplacian::BOUNDARY;
+use super::map::{NOISE, NOISE_ACROSS, Problem};
+use super::method::{DenoiseMethod, MethodInfo};
 use super::noise_level::{self, Kind, NoiseEstimate, NoiseLevel};
+use super::parameters::Parameter;
+use super::vertex_update::MOTION;
 use super::{Boundary, Motion};
 use crate::progress::{Cancelled, Progress};
 use crate::surface::Surface;
@@ -62,6 +66,42 @@ impl Default for Auto {
             motion: Motion::Free,
             boundary: Boundary::Free,
         }
+    }
+}
+
+/// Parameters of the method.
+pub(super) const PARAMETERS: &[Parameter] = &[
+    NOISE,
+    NOISE_ACROSS,
+    Parameter::word::<Kind>("noise-kind", "/kind", "what the noise is like").label("noise kind").optional(),
+    Parameter::words::<Candidate>("candidates", "/candidates", "what is tried; the best are blended").optional(),
+    MOTION,
+    BOUNDARY,
+];
+
+impl DenoiseMethod for Auto {
+    const INFO: MethodInfo = MethodInfo {
+        name: "auto",
+        summary: "Measures the noise, tries several methods and blends the best; leaves clean meshes unchanged",
+        reference: None,
+        parameters: &[PARAMETERS],
+    };
+
+    fn deltas(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
+        Ok(choose(surface, self, progress)?.0)
+    }
+
+    fn choose(
+        &self,
+        surface: &Surface,
+        progress: &dyn Progress,
+    ) -> Result<(Vec<DVec3>, Option<DenoiseChoice>), Cancelled> {
+        let (deltas, choice) = choose(surface, self, progress)?;
+        Ok((deltas, Some(choice)))
+    }
+
+    fn motion_mut(&mut self) -> Option<&mut Motion> {
+        Some(&mut self.motion)
     }
 }
 

@@ -7,6 +7,9 @@
 //! the standard deviation of the |hⱼ|.
 
 use super::Boundary;
+use super::laplacian::BOUNDARY;
+use super::method::{DenoiseMethod, MethodInfo, Reference};
+use super::parameters::Parameter;
 use super::triangle_mesh::flood_fill;
 use crate::normals::{self, FaceWeight};
 use crate::progress::{Cancelled, Progress};
@@ -37,6 +40,27 @@ impl Default for Bilateral {
     /// As in the paper, with a fixed boundary.
     fn default() -> Self {
         Self { boundary: Boundary::Fixed, ..Self::paper() }
+    }
+}
+
+/// Parameters of the method.
+pub(super) const PARAMETERS: &[Parameter] =
+    &[Parameter::count("iterations", "/iterations", 100, "number of steps"), BOUNDARY];
+
+impl DenoiseMethod for Bilateral {
+    const INFO: MethodInfo = MethodInfo {
+        name: "bilateral",
+        summary: "Bilateral filter of the vertices along their normals, keeps edges: for light noise",
+        reference: Some(Reference { cite: "Fleishman et al. 2003", title: "Bilateral mesh denoising. SIGGRAPH" }),
+        parameters: &[PARAMETERS],
+    };
+
+    fn deltas(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
+        deltas(surface, self, progress)
+    }
+
+    fn published() -> Option<Self> {
+        Some(Self::paper())
     }
 }
 

@@ -9,11 +9,14 @@
 //! min (1 − λ) Σᵢ Aᵢ |nᵢ − Σⱼ wᵢⱼ nⱼ / Σⱼ wᵢⱼ|² + λ Σᵢ Aᵢ |nᵢ − nᵢ⁰|² (eq. 5). The areas Aᵢ of that sum are all taken as
 //! equal, as in the code that produced the figures in the literature.
 
-use super::Boundary;
 use super::conjugate_gradients::{ConjugateGradients, Stop, multiply};
 use super::face_geometry::{FaceGeometry, filter_normals};
+use super::method::{DenoiseMethod, MethodInfo, Reference};
+use super::parameters::{HUGE, Parameter, TINY};
 use super::triangle_mesh::TriangleMesh;
-use super::vertex_update::{Updater, VertexUpdate};
+use super::vertex_update::{self, Updater, VertexUpdate};
+use super::{Boundary, Motion};
+use crate::named;
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::{Index, Ragged};
 use crate::sparse::Csr;
@@ -42,26 +45,28 @@ pub struct BilateralNormals {
     pub vertex_update: VertexUpdate,
 }
 
-/// How normals are found.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Scheme {
-    /// Step by step.
-    #[default]
-    Local,
-    /// As the solution of one linear system.
-    Global,
+named! {
+    /// How filtered normals are found.
+    #[derive(Default)]
+    pub enum Scheme {
+        /// In a number of steps.
+        #[default]
+        Local = "local",
+        /// As the solution of one linear system.
+        Global = "global",
+    }
 }
 
-/// Which faces are averaged.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Neighbours {
-    /// Those that share a vertex.
-    #[default]
-    Vertex,
-    /// Those that share an edge.
-    Edge,
+named! {
+    /// Which faces are averaged.
+    #[derive(Default)]
+    pub enum Neighbours {
+        /// Faces that share a vertex.
+        #[default]
+        Vertex = "vertex",
+        /// Faces that share an edge.
+        Edge = "edge",
+    }
 }
 
 impl BilateralNormals {
@@ -84,6 +89,62 @@ impl Default for BilateralNormals {
     fn default() -> Self {
         let paper = Self::paper();
         Self { vertex_update: paper.vertex_update.held(), ..paper }
+    }
+}
+
+/// Parameters of the filter; those of the vertex update come on top.
+pub(super) const PARAMETERS: &[Parameter] = &[
+    Parameter::count("iterations", "/iterations", 100, "number of steps of the normals, with the local scheme"),
+    Parameter::word::<Scheme>("scheme", "/scheme", "how filtered normals are found"),
+    Parameter::number(
+        "smoothness",
+        "/smoothness",
+        [TINY, 1.0],
+        "how near normals stay to the input, with the global scheme",
+    ),
+    Parameter::word::<Neighbours>("neighbours", "/neighbours", "which faces are averaged").alias("neighbors"),
+    SIGMA_SPATIAL,
+    SIGMA_RANGE,
+];
+
+/// Parameter of the filters with a Gaussian of the distance.
+pub(super) const SIGMA_SPATIAL: Parameter =
+    Parameter::number("sigma-spatial", "/sigma_spatial", [TINY, HUGE], "reach of the filter")
+        .label("σ spatial")
+        .slider(4.0)
+        .unit("mean distances of neighbouring faces");
+
+/// Parameter of the filters with a Gaussian of the difference of normals.
+pub(super) const SIGMA_RANGE: Parameter = Parameter::number(
+    "sigma-range",
+    "/sigma_range",
+    [TINY, HUGE],
+    "how far unit normals may differ and still be averaged",
+)
+.label("σ range")
+.slider(1.5);
+
+impl DenoiseMethod for BilateralNormals {
+    const INFO: MethodInfo = MethodInfo {
+        name: "bilateral-normals",
+        summary: "Bilateral filter of the face normals: for sharp edges",
+        reference: Some(Reference {
+            cite: "Zheng et al. 2011",
+            title: "Bilateral normal filtering for mesh denoising. TVCG 17 (10)",
+        }),
+        parameters: &[PARAMETERS, vertex_update::PARAMETERS],
+    };
+
+    fn deltas(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
+        deltas(surface, self, progress)
+    }
+
+    fn published() -> Option<Self> {
+        Some(Self::paper())
+    }
+
+    fn motion_mut(&mut self) -> Option<&mut Motion> {
+        Some(&mut self.vertex_update.motion)
     }
 }
 

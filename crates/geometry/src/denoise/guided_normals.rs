@@ -8,10 +8,13 @@
 //! φ_e = |n₁ − n₂| over the edges inside the patch (eqs. 6–8). Then nᵢ ← normalise Σⱼ Aⱼ exp(−|cᵢ − cⱼ|² / 2σ_s²)
 //! exp(−|gᵢ − gⱼ|² / 2σ_r²) nⱼ over the faces within a radius, and vertices follow before the next iteration.
 
-use super::Boundary;
+use super::bilateral_normals::{SIGMA_RANGE, SIGMA_SPATIAL};
 use super::face_geometry::{FaceGeometry, filter_normals};
+use super::method::{DenoiseMethod, MethodInfo, Reference};
+use super::parameters::{Parameter, TINY};
 use super::triangle_mesh::{TriangleMesh, build_lists};
-use super::vertex_update::{Updater, VertexUpdate};
+use super::vertex_update::{self, Updater, VertexUpdate};
+use super::{Boundary, Motion};
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::{Index, Ragged};
 use crate::surface::Surface;
@@ -53,6 +56,48 @@ impl Default for GuidedNormals {
     fn default() -> Self {
         let paper = Self::paper();
         Self { vertex_update: paper.vertex_update.held(), ..paper }
+    }
+}
+
+/// Largest radius, mean distances of neighbouring faces. Some ten thousand faces for each face take long enough.
+const MAX_RADIUS: f64 = 100.0;
+
+/// Parameters of the filter; those of the vertex update come on top.
+pub(super) const PARAMETERS: &[Parameter] = &[
+    Parameter::count(
+        "iterations",
+        "/iterations",
+        100,
+        "number of steps of the normals, each with an update of the vertices",
+    ),
+    Parameter::number("radius", "/radius", [TINY, MAX_RADIUS], "how far off faces are averaged")
+        .slider(5.0)
+        .unit("mean distances of neighbouring faces"),
+    SIGMA_SPATIAL,
+    SIGMA_RANGE,
+];
+
+impl DenoiseMethod for GuidedNormals {
+    const INFO: MethodInfo = MethodInfo {
+        name: "guided-normals",
+        summary: "Bilateral filter of the face normals, guided by consistent patches: for sharp edges and corners, heavy noise",
+        reference: Some(Reference {
+            cite: "Zhang et al. 2015",
+            title: "Guided mesh normal filtering. Computer Graphics Forum 34 (7)",
+        }),
+        parameters: &[PARAMETERS, vertex_update::PARAMETERS],
+    };
+
+    fn deltas(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
+        deltas(surface, self, progress)
+    }
+
+    fn published() -> Option<Self> {
+        Some(Self::paper())
+    }
+
+    fn motion_mut(&mut self) -> Option<&mut Motion> {
+        Some(&mut self.vertex_update.motion)
     }
 }
 

@@ -8,6 +8,9 @@
 //! p ← p − (β b + (1 − β) · mean of the neighbours' b).
 
 use super::Boundary;
+use super::laplacian::BOUNDARY;
+use super::method::{DenoiseMethod, MethodInfo, Reference};
+use super::parameters::Parameter;
 use crate::laplacian;
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
@@ -34,6 +37,44 @@ impl Default for Hc {
     /// α = 0, β = 0.5 as in the paper, eight times.
     fn default() -> Self {
         Self { iterations: 8, alpha: 0.0, beta: 0.5, boundary: Boundary::Fixed }
+    }
+}
+
+/// Parameters of the method.
+pub(super) const PARAMETERS: &[Parameter] = &[
+    Parameter::count("iterations", "/iterations", 100, "number of steps"),
+    Parameter::number(
+        "alpha",
+        "/alpha",
+        [0.0, 1.0],
+        "how much vertices are pushed back towards the input, and not towards the step before",
+    ),
+    Parameter::number(
+        "beta",
+        "/beta",
+        [0.0, 1.0],
+        "how much the push follows the motion of the vertex itself, and not that of its neighbours",
+    ),
+    BOUNDARY,
+];
+
+impl DenoiseMethod for Hc {
+    const INFO: MethodInfo = MethodInfo {
+        name: "hc",
+        summary: "Smoothing that pushes vertices back after each step, so that little volume is lost",
+        reference: Some(Reference {
+            cite: "Vollmer et al. 1999",
+            title: "Improved Laplacian smoothing of noisy surface meshes. Computer Graphics Forum 18 (3)",
+        }),
+        parameters: &[PARAMETERS],
+    };
+
+    fn deltas(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
+        deltas(surface, self, progress)
+    }
+
+    fn published() -> Option<Self> {
+        Some(Self::default())
     }
 }
 

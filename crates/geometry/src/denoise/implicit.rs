@@ -9,8 +9,12 @@
 //! origin does not matter.
 
 use super::conjugate_gradients::{ConjugateGradients, Stop, multiply};
+use super::laplacian::{BOUNDARY, WEIGHTS};
+use super::method::{DenoiseMethod, MethodInfo, Reference};
+use super::parameters::{HUGE, Parameter};
 use super::{Boundary, EdgeWeights};
 use crate::laplacian;
+use crate::named;
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
 use crate::sparse::Csr;
@@ -38,15 +42,16 @@ pub struct Implicit {
     pub solver: Solver,
 }
 
-/// How a linear system is solved.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Solver {
-    /// Conjugate gradients: for meshes of every size.
-    #[default]
-    Iterative,
-    /// Sparse Cholesky factorisation: to the last digit, also for very long steps; up to some 100 000 vertices.
-    Direct,
+named! {
+    /// How a linear system is solved.
+    #[derive(Default)]
+    pub enum Solver {
+        /// Conjugate gradients: for meshes of every size.
+        #[default]
+        Iterative = "iterative",
+        /// Sparse Cholesky factorisation: exact to the last digit, for up to some 100 000 vertices.
+        Direct = "direct",
+    }
 }
 
 impl Default for Implicit {
@@ -55,6 +60,33 @@ impl Default for Implicit {
     fn default() -> Self {
         let (weights, boundary, solver) = <_>::default();
         Self { iterations: 5, time: 0.5, weights, boundary, solver }
+    }
+}
+
+/// Parameters of the method.
+pub(super) const PARAMETERS: &[Parameter] = &[
+    Parameter::count("iterations", "/iterations", 100, "number of steps"),
+    Parameter::number("time", "/time", [0.0, HUGE], "length of a step")
+        .slider(10.0)
+        .unit("whole steps of the method laplacian"),
+    Parameter::word::<Solver>("solver", "/solver", "how the linear system of a step is solved"),
+    WEIGHTS,
+    BOUNDARY,
+];
+
+impl DenoiseMethod for Implicit {
+    const INFO: MethodInfo = MethodInfo {
+        name: "implicit",
+        summary: "Long, stable smoothing steps, each the solution of a linear system: for strong smoothing",
+        reference: Some(Reference {
+            cite: "Desbrun et al. 1999",
+            title: "Implicit fairing of irregular meshes using diffusion and curvature flow. SIGGRAPH",
+        }),
+        parameters: &[PARAMETERS],
+    };
+
+    fn deltas(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
+        deltas(surface, self, progress)
     }
 }
 

@@ -12,6 +12,9 @@
 use super::Boundary;
 use super::conjugate_gradients::{ConjugateGradients, Stop, multiply};
 use super::face_geometry::FaceGeometry;
+use super::laplacian::BOUNDARY;
+use super::method::{DenoiseMethod, MethodInfo, Reference};
+use super::parameters::{HUGE, Parameter, TINY};
 use super::triangle_mesh::TriangleMesh;
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::{Index, Ragged};
@@ -52,6 +55,43 @@ impl Default for L0 {
             beta_growth: 1.414,
             boundary: Boundary::Free,
         }
+    }
+}
+
+/// Parameters of the method.
+pub(super) const PARAMETERS: &[Parameter] = &[
+    Parameter::number(
+        "sparsity",
+        "/sparsity",
+        [0.0, HUGE],
+        "how many edges become flat: 1 is automatic, more flattens more",
+    )
+    .slider(4.0),
+    Parameter::number("alpha", "/alpha", [0.0, 1.0], "weight against folds, in the first round"),
+    Parameter::number("alpha-growth", "/alpha_growth", [0.0, 10.0], "factor of alpha from round to round").internal(),
+    Parameter::number("beta-min", "/beta_min", [TINY, 1e9], "weight of flat edges in the first round").internal(),
+    Parameter::number("beta-max", "/beta_max", [TINY, 1e9], "weight of flat edges that ends the rounds").internal(),
+    Parameter::number("beta-growth", "/beta_growth", [1.001, 1000.0], "factor of beta from round to round").internal(),
+    BOUNDARY,
+];
+
+impl DenoiseMethod for L0 {
+    const INFO: MethodInfo = MethodInfo {
+        name: "l0",
+        summary: "Makes as many edges flat as it can: for parts made of planes",
+        reference: Some(Reference {
+            cite: "He and Schaefer 2013",
+            title: "Mesh denoising via L0 minimization. SIGGRAPH",
+        }),
+        parameters: &[PARAMETERS],
+    };
+
+    fn deltas(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
+        deltas(surface, self, progress)
+    }
+
+    fn published() -> Option<Self> {
+        Some(Self::default())
     }
 }
 

@@ -6,7 +6,10 @@
 //! One iteration is xᵢ ← xᵢ + s (Σⱼ wᵢⱼ xⱼ / Σⱼ wᵢⱼ − xᵢ) at all vertices at once. With s = 1 and one iteration δᵢ is
 //! pᵢ minus the mean of its neighbours. Noise at the scale of an edge goes in a few steps; more of them shrink.
 
+use super::method::{DenoiseMethod, MethodInfo, Reference};
+use super::parameters::Parameter;
 use crate::laplacian;
+use crate::named;
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
 use crate::sparse::Csr;
@@ -36,26 +39,62 @@ impl Default for Laplacian {
     }
 }
 
-/// Weight of a neighbour.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum EdgeWeights {
-    /// The same for all: vertices also move along the surface, and triangles become regular.
-    #[default]
-    Uniform,
-    /// Cotangents of the input mesh, negative ones taken as zero so that each mean stays inside its ring.
-    Cotangent,
+named! {
+    /// Weight of a neighbour in a mean of neighbours.
+    ///
+    /// Negative cotangents count as zero, so that each mean stays inside the ring of neighbours.
+    #[derive(Default)]
+    pub enum EdgeWeights {
+        /// The same for all neighbours; vertices also slide along the surface, and triangles become regular.
+        #[default]
+        Uniform = "uniform",
+        /// Cotangents of the angles opposite to the edge, of the input mesh; triangles keep their shape.
+        Cotangent = "cotangent",
+    }
 }
 
-/// What happens at vertices on an edge with one face only.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Boundary {
-    /// They stay.
-    #[default]
-    Fixed,
-    /// They move like all others, which shrinks holes' rims and outlines.
-    Free,
+named! {
+    /// What happens at the boundary of an open mesh, that is, at vertices on an edge with one face only.
+    #[derive(Default)]
+    pub enum Boundary {
+        /// Boundary vertices stay.
+        #[default]
+        Fixed = "fixed",
+        /// Boundary vertices move like all others, which shrinks outlines and the edges of holes.
+        Free = "free",
+    }
+}
+
+/// Parameter of all methods that have a setting for the boundary.
+pub(super) const BOUNDARY: Parameter =
+    Parameter::word::<Boundary>("boundary", "/boundary", "what happens at the boundary of an open mesh");
+
+/// Parameter of all methods with a choice of weights.
+pub(super) const WEIGHTS: Parameter =
+    Parameter::word::<EdgeWeights>("weights", "/weights", "how much each neighbour counts");
+
+/// Parameter of all methods with a share of the way to the mean of the neighbours.
+pub(super) const STEP: Parameter =
+    Parameter::number("step", "/step", [0.0, 1.0], "share of the way to the mean of the neighbours that a step goes");
+
+/// Parameters of the method.
+pub(super) const PARAMETERS: &[Parameter] =
+    &[Parameter::count("iterations", "/iterations", 100, "number of steps"), STEP, WEIGHTS, BOUNDARY];
+
+impl DenoiseMethod for Laplacian {
+    const INFO: MethodInfo = MethodInfo {
+        name: "laplacian",
+        summary: "Steps towards the mean of the neighbours: for light noise on organic shapes",
+        reference: Some(Reference {
+            cite: "Field 1988",
+            title: "Laplacian smoothing and Delaunay triangulations. Communications in Applied Numerical Methods 4 (6)",
+        }),
+        parameters: &[PARAMETERS],
+    };
+
+    fn deltas(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
+        deltas(surface, self, progress)
+    }
 }
 
 /// Smooths and returns δ = p − p*. #V×3, model units

@@ -8,6 +8,7 @@ mod volume;
 
 pub use mask::{Mask, MaskError};
 
+use crate::named;
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
 use crate::surface::Surface;
@@ -28,15 +29,16 @@ pub struct Limits {
     pub volume: Volume,
 }
 
-/// Treatment of the enclosed volume.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Volume {
-    /// The volume is what the method makes of it.
-    #[default]
-    Free,
-    /// The volume of the input is restored.
-    Preserve,
+named! {
+    /// Treatment of the enclosed volume.
+    #[derive(Default)]
+    pub enum Volume {
+        /// The volume becomes what the method makes of it.
+        #[default]
+        Free = "free",
+        /// The volume of the input is restored.
+        Preserve = "preserve",
+    }
 }
 
 /// Reasons why limits do not fit a surface.

@@ -35,8 +35,14 @@ pub(super) use linearised_normals::LinearisedNormals;
 
 use super::bilaplacian::BoundaryConstraint;
 use super::connectivity::Connectivity;
+use super::laplacian::BOUNDARY;
+use super::method::{DenoiseMethod, MethodInfo};
 use super::noise_level::{self, NoiseEstimate};
+use super::parameters::{HUGE, Parameter, Preset, TINY};
+use super::vertex_update::MOTION;
 use super::{Boundary, Motion};
+use crate::named;
+use crate::named::Named;
 use crate::progress::{Cancelled, Progress};
 use crate::surface::Surface;
 use glam::DVec3;
@@ -107,6 +113,115 @@ impl Default for Map {
     fn default() -> Self {
         let (motion, boundary) = (Motion::Free, Boundary::Free);
         Self { noise: None, noise_across: None, prior: Prior::default(), steps: 40, motion, boundary }
+    }
+}
+
+named! {
+    /// A prior by its name, from flat to smooth.
+    pub enum PriorName {
+        /// Flat parts with sharp creases.
+        Flat = "flat",
+        /// Curved parts with sharp creases.
+        Sharp = "sharp",
+        /// Parts with creases that need not be sharp.
+        Creases = "creases",
+        /// Shapes with some creases.
+        Mixed = "mixed",
+        /// Smooth shapes with detail.
+        Detail = "detail",
+        /// Smooth shapes.
+        Smooth = "smooth",
+    }
+}
+
+impl PriorName {
+    /// The prior of that name.
+    pub fn prior(self) -> Prior {
+        match self {
+            Self::Flat => Prior::FLAT,
+            Self::Sharp => Prior::SHARP,
+            Self::Creases => Prior::CREASES,
+            Self::Mixed => Prior::MIXED,
+            Self::Detail => Prior::DETAIL,
+            Self::Smooth => Prior::SMOOTH,
+        }
+    }
+    /// The name of a prior, whatever its strength and rounds; none where it is not one of these.
+    pub fn of(prior: &Prior) -> Option<Self> {
+        let shape = |prior: Prior| Prior { strength: 0.0, rounds: 0, ..prior };
+        Self::ALL.into_iter().find(|name| shape(name.prior()) == shape(*prior))
+    }
+}
+
+/// Priors by name, for the table of parameters.
+const PRIORS: Preset = Preset {
+    words: <PriorName as Named>::WORDS,
+    settings: |name| serde_json::to_value(name.parse::<PriorName>().ok()?.prior()).ok(),
+    name: |prior| PriorName::of(&Prior::deserialize(prior).ok()?).map(PriorName::name),
+};
+
+/// Parameter of all methods to which the noise can be told.
+pub(super) const NOISE: Parameter =
+    Parameter::number("noise", "/noise", [0.0, HUGE], "standard deviation of the noise along the normals")
+        .slider(1.0)
+        .unit("mean edge lengths")
+        .optional();
+
+/// Parameter of all methods to which the noise across the normals can be told.
+pub(super) const NOISE_ACROSS: Parameter = Parameter::number(
+    "noise-across",
+    "/noise_across",
+    [0.0, HUGE],
+    "standard deviation of the noise across the normals, at most; equal to --noise where noise goes in all directions",
+)
+.label("across")
+.slider(1.0)
+.unit("mean edge lengths")
+.optional();
+
+/// Parameters of the method.
+pub(super) const PARAMETERS: &[Parameter] = &[
+    Parameter::preset("prior", "/prior", PRIORS, "what the surface is expected to be like"),
+    NOISE,
+    NOISE_ACROSS,
+    Parameter::number(
+        "strength",
+        "/prior/strength",
+        [TINY, HUGE],
+        "weight of the prior against the data; more smooths more",
+    )
+    .slider(10.0),
+    Parameter::count("iterations", "/prior/rounds", 30, "number of rounds of reweighting"),
+    Parameter::number("exponent", "/prior/exponent", [0.0, 4.0], "how little a crease costs").internal(),
+    Parameter::number(
+        "threshold",
+        "/prior/threshold",
+        [TINY, 2.0],
+        "difference of unit normals that still counts as noise",
+    )
+    .internal(),
+    Parameter::number("curvature", "/prior/curvature", [0.0, HUGE], "cost of curvature that jumps").internal(),
+    Parameter::number("spread", "/prior/spread", [0.0, HUGE], "how much vertices spread evenly over the surface")
+        .internal(),
+    Parameter::count("steps", "/steps", 100, "largest number of steps of conjugate gradients in a round").internal(),
+    MOTION,
+    BOUNDARY,
+];
+
+impl DenoiseMethod for Map {
+    const INFO: MethodInfo = MethodInfo {
+        name: "map",
+        summary: "Most probable surface for the measured noise, smooth but for creases: for any shape whose nature is known",
+        reference: None,
+        parameters: &[PARAMETERS],
+    };
+
+    fn deltas(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
+        deltas(surface, self, progress)
+    }
+
+    fn motion_mut(&mut self) -> Option<&mut Motion> {
+        Some(&mut self.motion)
     }
 }
 

@@ -7,6 +7,7 @@
 
 use super::bilaplacian::BoundaryConstraint;
 use super::connectivity::Connectivity;
+use crate::named;
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
 use crate::surface::Surface;
@@ -167,18 +168,18 @@ pub(super) fn tangential_stiffness(normal: f64, tangential: f64) -> f64 {
     if tangential > 0.0 { ((normal / tangential).powi(2) - 1.0).clamp(0.0, LARGEST) } else { LARGEST }
 }
 
-/// What noise looks like.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Kind {
-    /// None that could be told from the surface.
-    None,
-    /// White: each vertex is off by its own amount.
-    Independent,
-    /// The same, much more at some vertices than at others.
-    Uneven,
-    /// Neighbours are off to the same side.
-    Correlated,
+named! {
+    /// What noise is like.
+    pub enum Kind {
+        /// No noise that could be told from the surface: the mesh stays as it is.
+        None = "none",
+        /// Each vertex is off by its own amount (white noise).
+        Independent = "independent",
+        /// Each vertex is off by its own amount, some vertices by much more than others.
+        Uneven = "uneven",
+        /// Neighbouring vertices are off to the same side, as depth cameras err.
+        Correlated = "correlated",
+    }
 }
 
 /// The finest band of a mesh: vertices with a closed ring of vertices with closed rings.

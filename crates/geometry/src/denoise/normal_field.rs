@@ -3,6 +3,8 @@
 #[cfg(doc)]
 use super::HeightField;
 use crate::model::{Model, NoFileNormals, NormalSource};
+use crate::named;
+use crate::named::Named;
 use crate::normals::{self, FaceWeight};
 use crate::surface::Surface;
 use glam::{DVec3, Vec3};
@@ -10,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 /// Normals along which a displacement map displaces; in JSON one word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(from = "Word", into = "Word")]
+#[serde(from = "NormalFieldName", into = "NormalFieldName")]
 pub enum NormalField {
     /// Normals of the mesh that is denoised.
     Source(NormalSource),
@@ -34,6 +36,10 @@ impl From<NormalSource> for NormalField {
 }
 
 impl NormalField {
+    /// Name of the field, as in JSON and on the command line.
+    pub fn name(self) -> &'static str {
+        self.word().name
+    }
     /// Unit normal of each vertex in single precision, as baker, carrier and shader use it; zero where there is none.
     /// δ (#V×3, model units) says where the denoised surface is. For [`Self::Tilted`] these are the untilted normals,
     /// because the tilt is found together with the heights. #V×3
@@ -75,32 +81,54 @@ pub(super) fn in_single_precision(surface: &Surface) -> Vec<Vec3> {
     normals::vertex_normals(surface, FaceWeight::Angle).into_iter().map(DVec3::as_vec3).collect()
 }
 
-/// The words for [`NormalField`] in JSON.
-#[derive(Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum Word {
-    File,
-    Uniform,
-    Area,
-    Angle,
-    Denoised,
-    Leaning,
+named! {
+    /// Names of the values of [`NormalField`], as JSON and the command line spell them.
+    pub enum NormalFieldName {
+        /// Normals of the file, averaged at each vertex; angle-weighted where a vertex has none.
+        File = "file",
+        /// Mean of the normals of the faces.
+        Uniform = "uniform",
+        /// Mean of the normals of the faces, weighted by area.
+        Area = "area",
+        /// Mean of the normals of the faces, weighted by angle, as Blender's.
+        Angle = "angle",
+        /// Angle-weighted normals of the denoised surface.
+        Denoised = "denoised",
+        /// Angle-weighted normals of the denoised surface, tilted towards the displacement where its faces need it; for heights.
+        Tilted = "leaning",
+    }
 }
 
-impl From<Word> for NormalField {
-    fn from(word: Word) -> Self {
+impl Named for NormalField {
+    const VALUES: &'static [Self] = &[
+        Self::Source(NormalSource::File),
+        Self::Source(NormalSource::Uniform),
+        Self::Source(NormalSource::Area),
+        Self::Source(NormalSource::Angle),
+        Self::Denoised,
+        Self::Tilted,
+    ];
+    const WORDS: &'static [named::Word] = NormalFieldName::WORDS;
+
+    fn word(self) -> named::Word {
+        NormalFieldName::from(self).word()
+    }
+}
+
+impl From<NormalFieldName> for NormalField {
+    fn from(word: NormalFieldName) -> Self {
         match word {
-            Word::File => Self::Source(NormalSource::File),
-            Word::Uniform => Self::Source(NormalSource::Uniform),
-            Word::Area => Self::Source(NormalSource::Area),
-            Word::Angle => Self::Source(NormalSource::Angle),
-            Word::Denoised => Self::Denoised,
-            Word::Leaning => Self::Tilted,
+            NormalFieldName::File => Self::Source(NormalSource::File),
+            NormalFieldName::Uniform => Self::Source(NormalSource::Uniform),
+            NormalFieldName::Area => Self::Source(NormalSource::Area),
+            NormalFieldName::Angle => Self::Source(NormalSource::Angle),
+            NormalFieldName::Denoised => Self::Denoised,
+            NormalFieldName::Tilted => Self::Tilted,
         }
     }
 }
 
-impl From<NormalField> for Word {
+impl From<NormalField> for NormalFieldName {
     fn from(field: NormalField) -> Self {
         match field {
             NormalField::Source(NormalSource::File) => Self::File,
@@ -108,7 +136,7 @@ impl From<NormalField> for Word {
             NormalField::Source(NormalSource::Area) => Self::Area,
             NormalField::Source(NormalSource::Angle) => Self::Angle,
             NormalField::Denoised => Self::Denoised,
-            NormalField::Tilted => Self::Leaning,
+            NormalField::Tilted => Self::Tilted,
         }
     }
 }

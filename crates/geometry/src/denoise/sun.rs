@@ -6,10 +6,12 @@
 //! One iteration is nᵢ ← normalise Σⱼ wᵢⱼ nⱼ over the faces that share a vertex with face i, itself included, with
 //! wᵢⱼ = max(0, nᵢ · nⱼ − T)².
 
-use super::Boundary;
 use super::face_geometry::{FaceGeometry, filter_normals};
+use super::method::{DenoiseMethod, MethodInfo, Reference};
+use super::parameters::Parameter;
 use super::triangle_mesh::{TriangleMesh, build_lists};
-use super::vertex_update::{Updater, VertexUpdate};
+use super::vertex_update::{self, Updater, VertexUpdate};
+use super::{Boundary, Motion};
 use crate::progress::{Cancelled, Progress};
 use crate::surface::Surface;
 use glam::DVec3;
@@ -39,6 +41,41 @@ impl Default for Sun {
     fn default() -> Self {
         let paper = Self::paper();
         Self { vertex_update: paper.vertex_update.held(), ..paper }
+    }
+}
+
+/// Parameters of the filter; those of the vertex update come on top.
+pub(super) const PARAMETERS: &[Parameter] = &[
+    Parameter::count("iterations", "/iterations", 100, "number of steps of the normals"),
+    Parameter::number(
+        "threshold",
+        "/threshold",
+        [0.0, 1.0],
+        "cosine of the angle beyond which a neighbouring face does not count",
+    ),
+];
+
+impl DenoiseMethod for Sun {
+    const INFO: MethodInfo = MethodInfo {
+        name: "sun",
+        summary: "Averages face normals that point the same way: for sharp edges",
+        reference: Some(Reference {
+            cite: "Sun et al. 2007",
+            title: "Fast and effective feature-preserving mesh denoising. TVCG 13 (5)",
+        }),
+        parameters: &[PARAMETERS, vertex_update::PARAMETERS],
+    };
+
+    fn deltas(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
+        deltas(surface, self, progress)
+    }
+
+    fn published() -> Option<Self> {
+        Some(Self::paper())
+    }
+
+    fn motion_mut(&mut self) -> Option<&mut Motion> {
+        Some(&mut self.vertex_update.motion)
     }
 }
 

@@ -5,7 +5,9 @@
 //! One iteration is a step towards the mean of the neighbours, x ← x + λ L x, and one away from it, x ← x + μ L x. With
 //! μ < −λ < 0 the second undoes the shrinking of the first for all frequencies k below the pass band 1/λ + 1/μ.
 
-use super::laplacian::Smoother;
+use super::laplacian::{BOUNDARY, STEP, Smoother, WEIGHTS};
+use super::method::{DenoiseMethod, MethodInfo, Reference};
+use super::parameters::Parameter;
 use super::{Boundary, EdgeWeights};
 use crate::progress::{Cancelled, Progress};
 use crate::surface::Surface;
@@ -38,6 +40,31 @@ impl Default for Taubin {
             weights: EdgeWeights::default(),
             boundary: Boundary::default(),
         }
+    }
+}
+
+/// Parameters of the method.
+pub(super) const PARAMETERS: &[Parameter] = &[
+    Parameter::count("iterations", "/iterations", 100, "number of pairs of steps"),
+    STEP,
+    Parameter::number("inflate", "/inflate", [-1.5, 0.0], "step away from the mean that follows each step towards it"),
+    WEIGHTS,
+    BOUNDARY,
+];
+
+impl DenoiseMethod for Taubin {
+    const INFO: MethodInfo = MethodInfo {
+        name: "taubin",
+        summary: "Smoothing that does not shrink: for light noise on organic shapes",
+        reference: Some(Reference {
+            cite: "Taubin 1995",
+            title: "A signal processing approach to fair surface design. SIGGRAPH",
+        }),
+        parameters: &[PARAMETERS],
+    };
+
+    fn deltas(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
+        deltas(surface, self, progress)
     }
 }
 

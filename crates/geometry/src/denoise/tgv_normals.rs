@@ -11,11 +11,13 @@
 //! The authors choose weights for each mesh. Here lengths are in mean edges and β is divided by γ, the mean absolute dihedral
 //! angle of the input, so that more noise gets more smoothing. The weights wₑ = exp(−|∇N|⁴) preserve creases.
 
-use super::Boundary;
 use super::conjugate_gradients::{ConjugateGradients, Stop, multiply};
 use super::face_geometry::FaceGeometry;
+use super::method::{DenoiseMethod, MethodInfo, Reference};
+use super::parameters::{HUGE, Parameter, TINY};
 use super::triangle_mesh::TriangleMesh;
-use super::vertex_update::{Updater, VertexUpdate};
+use super::vertex_update::{self, Updater, VertexUpdate};
+use super::{Boundary, Motion};
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::{Index, Ragged};
 use crate::surface::Surface;
@@ -42,6 +44,46 @@ impl Default for TgvNormals {
     fn default() -> Self {
         let vertex_update = VertexUpdate::paper(20, Boundary::Free).held();
         Self { iterations: 40, fidelity: 0.7, second_order: 0.4, vertex_update }
+    }
+}
+
+/// Parameters of the filter; those of the vertex update come on top.
+pub(super) const PARAMETERS: &[Parameter] = &[
+    Parameter::count("iterations", "/iterations", 100, "number of steps of the normals"),
+    Parameter::number(
+        "fidelity",
+        "/fidelity",
+        [TINY, HUGE],
+        "how near normals stay to the input, relative to how noisy they are",
+    )
+    .slider(4.0),
+    Parameter::number(
+        "second-order",
+        "/second_order",
+        [TINY, HUGE],
+        "cost of curvature that changes, relative to normals that jump at an edge",
+    )
+    .label("second order")
+    .slider(2.0),
+];
+
+impl DenoiseMethod for TgvNormals {
+    const INFO: MethodInfo = MethodInfo {
+        name: "tgv-normals",
+        summary: "Total generalised variation of the face normals: for sharp edges between curved faces",
+        reference: Some(Reference {
+            cite: "Liu et al. 2021",
+            title: "Mesh total generalized variation for denoising. TVCG 28 (12)",
+        }),
+        parameters: &[PARAMETERS, vertex_update::PARAMETERS],
+    };
+
+    fn deltas(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
+        deltas(surface, self, progress)
+    }
+
+    fn motion_mut(&mut self) -> Option<&mut Motion> {
+        Some(&mut self.vertex_update.motion)
     }
 }
 

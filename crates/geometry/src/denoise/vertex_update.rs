@@ -12,7 +12,10 @@
 pub(super) mod least_squares;
 
 use super::Boundary;
+use super::laplacian::BOUNDARY;
+use super::parameters::{HUGE, Parameter};
 use super::triangle_mesh::TriangleMesh;
+use crate::named;
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
 use crate::surface::Surface;
@@ -39,38 +42,42 @@ pub struct VertexUpdate {
     pub fold_overs: FoldOvers,
 }
 
-/// How vertices that fit are looked for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum VertexScheme {
-    /// A number of steps downhill, as in the papers. Stopping early smooths, too.
-    #[default]
-    Descent,
-    /// The least itself, by conjugate gradients.
-    LeastSquares,
+named! {
+    /// How vertices that fit filtered normals are looked for.
+    #[derive(Default)]
+    pub enum VertexScheme {
+        /// A number of steps downhill, as in the papers; stopping early smooths, too.
+        #[default]
+        Descent = "descent",
+        /// The best fit itself, by conjugate gradients.
+        LeastSquares = "least-squares",
+    }
 }
 
-/// Where vertices may go.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Motion {
-    /// Anywhere.
-    #[default]
-    Free,
-    /// Along one normal for each vertex, pᵢ − hᵢ nᵢ: a map of heights can hold all of it. See
-    /// [`HeightField`](super::HeightField) for how that follows from the free form.
-    AlongNormal,
+named! {
+    /// Where vertices may go.
+    ///
+    /// How motion along normals follows from free motion is said at [`HeightField`](super::HeightField).
+    #[derive(Default)]
+    pub enum Motion {
+        /// Anywhere.
+        #[default]
+        Free = "free",
+        /// Along one normal for each vertex, so that a height map can hold all of it.
+        AlongNormal = "along-normal",
+    }
 }
 
-/// What happens to steps that fold the surface over.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum FoldOvers {
-    /// A triangle that faces the way of its normal goes on doing so.
-    #[default]
-    Prevent,
-    /// They are taken, as in the papers.
-    Allow,
+named! {
+    /// What happens to steps that fold the surface over.
+    #[derive(Default)]
+    pub enum FoldOvers {
+        /// Steps that would turn a triangle away from its normal are not taken.
+        #[default]
+        Prevent = "prevent",
+        /// All steps are taken, as in the papers.
+        Allow = "allow",
+    }
 }
 
 impl VertexUpdate {
@@ -86,6 +93,40 @@ impl VertexUpdate {
         Self { closeness: 0.05, fold_overs: FoldOvers::Prevent, ..self }
     }
 }
+
+/// Parameter of all methods that can keep to what heights hold.
+pub(super) const MOTION: Parameter = Parameter::word::<Motion>(
+    "motion",
+    "/motion",
+    "where vertices may go; a bake of heights always takes along-normal",
+);
+
+/// Parameters of all filters of face normals.
+pub(super) const PARAMETERS: &[Parameter] = &[
+    Parameter::word::<VertexScheme>(
+        "vertex-update",
+        "/vertex_update/scheme",
+        "how vertices follow the filtered normals",
+    )
+    .label("vertex update"),
+    Parameter::count(
+        "vertex-iterations",
+        "/vertex_update/iterations",
+        100,
+        "number of steps of the vertices, with the vertex update descent",
+    )
+    .label("vertex steps"),
+    Parameter::number("closeness", "/vertex_update/closeness", [0.0, HUGE], "pull of the vertices to the input")
+        .slider(1.0)
+        .unit("pulls of a face around"),
+    MOTION.at("/vertex_update/motion"),
+    Parameter::word::<FoldOvers>(
+        "fold-overs",
+        "/vertex_update/fold_overs",
+        "what happens to steps that fold the surface over",
+    ),
+    BOUNDARY.at("/vertex_update/boundary"),
+];
 
 /// Moves the vertices of one surface so that its faces follow given normals, for one field of normals after the other.
 pub(super) struct Updater<'a> {

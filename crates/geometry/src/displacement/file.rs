@@ -1,5 +1,6 @@
 //! Texels as image files, and back.
 
+use crate::named;
 use crate::texture::sampling::Size;
 use exr::prelude as openexr;
 use exr::prelude::{ReadChannels as _, ReadLayers as _, WritableImage as _};
@@ -10,16 +11,16 @@ use std::io::Cursor;
 use tiff::decoder::DecodingResult;
 use tiff::encoder::{Compression, DeflateLevel, TiffEncoder, colortype};
 
-/// Format of an image file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum FileFormat {
-    /// Unsigned integers, linear, no gamma.
-    Png,
-    /// Floating point; the channel Y, or R, G and B.
-    Exr,
-    /// Unsigned integers or floating point, linear.
-    Tiff,
+named! {
+    /// File format of a displacement map.
+    pub enum FileFormat {
+        /// 8 or 16 bits of unsigned integers, linear.
+        Png = "png",
+        /// 16 (half) or 32 bits of floating point, in the channel Y, or in R, G and B.
+        Exr = "exr",
+        /// 16 bits of unsigned integers or 32 of floating point, linear.
+        Tiff = "tiff",
+    }
 }
 
 impl std::fmt::Display for FileFormat {

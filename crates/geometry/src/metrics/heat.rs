@@ -3,16 +3,18 @@
 use super::triangles::{Edges, Shapes};
 use super::{CompareError, Triangles};
 use crate::colormap::Colormap;
-use serde::Serialize;
+use crate::named;
 
-/// An error that each vertex has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Heat {
-    /// Angle to the clean face normals, degrees: mean over the faces around the vertex, weighted by their clean area.
-    Angle,
-    /// Distance to the clean surface, mean edge lengths of the clean mesh.
-    Distance,
+named! {
+    /// Error of a vertex that a heat map shows.
+    #[derive(Default)]
+    pub enum Heat {
+        /// Angle to the clean face normals, degrees, averaged by area over the faces around the vertex.
+        #[default]
+        Angle = "angle",
+        /// Distance to the clean surface, in mean edge lengths of the clean mesh.
+        Distance = "distance",
+    }
 }
 
 /// The error of each vertex of a result, #V; NaN at vertices without a face that has an area in the clean mesh.

@@ -7,22 +7,23 @@
 
 use super::tangents::Tangent;
 use super::{TextureLayout, gutter, per_texel};
+use crate::named;
 use crate::normals::{self, FaceWeight};
 use crate::progress::{Cancelled, Progress};
 use crate::ragged::Index;
 use crate::surface::Surface;
 use glam::{DMat3, DVec3, Vec3};
-use serde::{Deserialize, Serialize};
 
-/// Which way green points.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Convention {
-    /// Up in the texture (+Y): Blender, glTF, three.js, Unity.
-    #[default]
-    OpenGl,
-    /// Down (−Y): Unreal, Direct3D tools.
-    DirectX,
+named! {
+    /// Direction of the green channel of a normal map.
+    #[derive(Default)]
+    pub enum Convention {
+        /// Green points up (+Y): Blender, glTF, three.js, Unity.
+        #[default]
+        OpenGl = "opengl",
+        /// Green points down (−Y): Unreal, Direct3D tools.
+        DirectX = "directx",
+    }
 }
 
 /// A normal map with 8 bits a channel.

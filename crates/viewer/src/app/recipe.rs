@@ -1,17 +1,15 @@
 //! What is baked, as the window chooses it, and the command line that does the same.
 
-use super::options;
 use planish_files::bake::{self, Job};
 use planish_files::failure::Failure;
 use planish_files::input;
-use planish_geometry::bundle::{Carriers, Goal, LayoutChoice, Settings};
+use planish_geometry::bundle::{Carriers, Goal, Lambda, LargestSide, LayoutChoice, Quanta, Settings};
 use planish_geometry::denoise::limits::{Limits, Mask, Volume};
 use planish_geometry::denoise::{Denoiser, Denoising, NormalField};
-use planish_geometry::displacement::{FileFormat, MapKind, TexelFormat};
+use planish_geometry::displacement::{MapKind, TexelFormat};
 use planish_geometry::manifest::{Layout, Manifest, Method, UvSource};
-use planish_geometry::model::NormalSource;
+use planish_geometry::named::Named;
 use planish_geometry::texture::normal_map::Convention;
-use planish_geometry::texture::{Interpolation, Texels};
 use planish_geometry::weld::Welding;
 use std::path::{Path, PathBuf};
 
@@ -71,41 +69,41 @@ impl Holds {
 impl Recipe {
     /// What a manifest says, as far as it says it.
     pub fn of(manifest: &Manifest, path: &Path) -> Self {
-        let mut recipe = Self::default();
+        let (map, normal_map) = (&manifest.displacement, &manifest.normal_map);
+        let (mut denoiser, mut limits, mut target) = <_>::default();
         match &manifest.method {
-            Method::Denoiser(Denoising { denoiser, limits }) => {
+            Method::Denoiser(denoising) => {
                 // Maps of heights are along normals whatever the method says.
-                let is_scalar = manifest.displacement.map == MapKind::Scalar;
-                recipe.denoiser = if is_scalar { denoiser.freed() } else { denoiser.clone() };
-                recipe.limits = Holds::of(limits);
+                let free = map.map == MapKind::Scalar;
+                denoiser = if free { denoising.denoiser.freed() } else { denoising.denoiser.clone() };
+                limits = Holds::of(&denoising.limits);
             }
-            Method::Target(target) => recipe.target = Some(path.with_file_name(&target.file)),
+            Method::Target(of) => target = Some(path.with_file_name(&of.file)),
             Method::Other(_) => {}
         }
-        let map = &manifest.displacement;
-        let settings = &mut recipe.settings;
-        settings.welding = manifest.welding;
-        settings.normals = Some(manifest.normals);
-        settings.lambda.0 = map.lambda;
-        settings.map = map.map;
-        settings.texel = map.texel;
-        settings.layout = match (map.layout, map.uvs) {
-            (Layout::Vertex, _) => LayoutChoice::Vertex,
-            (Layout::Uv, UvSource::Mesh) => LayoutChoice::Uv,
-            (Layout::Uv, UvSource::Unwrapped) => LayoutChoice::Unwrap,
-        };
         // Only where the side was chosen the normal map may have another one.
-        let is_given = manifest.normal_map.as_ref().is_none_or(|normals| normals.width == map.width);
-        settings.side = Some(map.width).filter(|_| is_given && map.layout == Layout::Uv);
-        settings.interpolation = map.interpolation.unwrap_or_default();
-        settings.texels = map.texels.unwrap_or_default();
-        if let Some(entry) = &manifest.normal_map {
-            settings.convention = entry.convention;
-        }
-        if manifest.carrier.glb.is_none() {
-            settings.carriers = Carriers::Obj;
-        }
-        recipe
+        let is_given = normal_map.as_ref().is_none_or(|normals| normals.width == map.width);
+        let settings = Settings {
+            goal: Goal::default(),
+            welding: manifest.welding,
+            normals: Some(manifest.normals),
+            lambda: Lambda(map.lambda),
+            map: map.map,
+            layout: match (map.layout, map.uvs) {
+                (Layout::Vertex, _) => LayoutChoice::Vertex,
+                (Layout::Uv, UvSource::Mesh) => LayoutChoice::Uv,
+                (Layout::Uv, UvSource::Unwrapped) => LayoutChoice::Unwrap,
+            },
+            side: Some(map.width).filter(|_| is_given && map.layout == Layout::Uv),
+            largest_side: LargestSide::default(),
+            tolerance: Quanta::default(),
+            interpolation: map.interpolation.unwrap_or_default(),
+            texels: map.texels.unwrap_or_default(),
+            texel: map.texel,
+            convention: normal_map.as_ref().map_or_else(Convention::default, |entry| entry.convention),
+            carriers: if manifest.carrier.glb.is_none() { Carriers::Obj } else { Carriers::ObjAndGlb },
+        };
+        Self { denoiser, limits, target, settings }
     }
 
     /// Settings with their goal, for a mesh and a folder.
@@ -114,7 +112,7 @@ impl Recipe {
             Some(path) => job.target(path)?,
             None => {
                 let limits = self.limits.limits(job.model.data().positions().len())?;
-                Goal::Denoiser(Denoising { denoiser: self.denoiser.clone(), limits })
+                job.method(Denoising { denoiser: self.denoiser.clone(), limits })?
             }
         };
         Ok(Settings { goal, ..self.settings.clone() })
@@ -129,72 +127,35 @@ impl Recipe {
         }
         match &self.target {
             Some(target) => add("target", target.display().to_string()),
-            None => {
-                options::arguments(&self.denoiser, &mut add);
-                if self.limits.boundary {
-                    add("fix", "boundary".to_owned());
-                }
-                if let Some(mask) = &self.limits.mask {
-                    add("fix", mask.display().to_string());
-                }
-                if let Some(d) = self.limits.max_displacement {
-                    add("max-displacement", d.to_string());
-                }
-            }
+            None => self.add_method(&mut add),
         }
-        let (chosen, default) = (&self.settings, Settings::default());
-        match chosen.welding {
-            Welding::Exact => {}
-            Welding::None => add("weld", "none".to_owned()),
-            Welding::Epsilon(epsilon) => add("weld", epsilon.to_string()),
-        }
-        if chosen.lambda != default.lambda {
-            add("lambda", chosen.lambda.0.to_string());
-        }
-        if chosen.normals != default.normals {
-            add("normals", word(normals(), chosen.normals));
-        }
-        match chosen.map {
-            MapKind::Scalar => {}
-            MapKind::VectorObject => add("map", "vector".to_owned()),
-            MapKind::VectorTangent => {
-                add("map", "vector".to_owned());
-                add("space", "tangent".to_owned());
-            }
-        }
-        if chosen.layout != default.layout {
-            add("layout", word(layouts(), chosen.layout));
-        }
-        if chosen.tolerance != default.tolerance {
-            add("tolerance", chosen.tolerance.0.to_string());
-        }
-        if chosen.largest_side != default.largest_side {
-            add("max-size", chosen.largest_side.0.to_string());
-        }
-        // One texel for each vertex has the size that it needs.
-        if let Some(side) = chosen.side.filter(|_| chosen.layout != LayoutChoice::Vertex) {
-            add("size", side.to_string());
-        }
-        if chosen.interpolation != default.interpolation {
-            add("interpolation", word(interpolations(), chosen.interpolation));
-        }
-        if chosen.texels != default.texels {
-            add("texels", word(texels(), chosen.texels));
-        }
-        if chosen.texel != default.texel {
-            add("format", file_word(chosen.texel.file()).to_owned());
-            add("bits", chosen.texel.bits().to_string());
-        }
-        if chosen.convention != default.convention {
-            add("normal-convention", word(conventions(), chosen.convention));
-        }
+        add_settings(&self.settings, &mut add);
         if self.target.is_none() && self.limits.preserve_volume {
             out.push("--preserve-volume".to_owned());
         }
-        if chosen.carriers == Carriers::Obj {
+        if self.settings.carriers == Carriers::Obj {
             out.push("--no-glb".to_owned());
         }
         out
+    }
+
+    /// Options of the method and its limits.
+    fn add_method(&self, add: &mut impl FnMut(&str, String)) {
+        if self.denoiser.name() != Denoiser::default().name() {
+            add("method", self.denoiser.name().to_owned());
+        }
+        for (parameter, value) in self.denoiser.changes() {
+            add(parameter.name, parameter.text(&value));
+        }
+        if self.limits.boundary {
+            add("fix", "boundary".to_owned());
+        }
+        if let Some(mask) = &self.limits.mask {
+            add("fix", mask.display().to_string());
+        }
+        if let Some(d) = self.limits.max_displacement {
+            add("max-displacement", d.to_string());
+        }
     }
 
     /// The same as one line for a shell.
@@ -220,77 +181,85 @@ fn quoted(word: &str) -> String {
     }
 }
 
-/// Choices with their words on the command line.
-pub type Choices<T> = &'static [(&'static str, T)];
-
-fn word<T: Copy + PartialEq + 'static>(choices: Choices<T>, chosen: T) -> String {
-    choices.iter().find(|(_, choice)| *choice == chosen).map_or_else(String::new, |(word, _)| (*word).to_owned())
-}
-
-/// `--normals`
-pub fn normals() -> Choices<Option<NormalField>> {
-    &[
-        ("auto", None),
-        ("angle", Some(NormalField::Source(NormalSource::Angle))),
-        ("denoised", Some(NormalField::Denoised)),
-        ("leaning", Some(NormalField::Tilted)),
-        ("area", Some(NormalField::Source(NormalSource::Area))),
-        ("uniform", Some(NormalField::Source(NormalSource::Uniform))),
-        ("file", Some(NormalField::Source(NormalSource::File))),
-    ]
-}
-
-/// `--layout`
-pub fn layouts() -> Choices<LayoutChoice> {
-    const ALL: [(&str, LayoutChoice); 4] = [
-        ("auto", LayoutChoice::Auto),
-        ("uv", LayoutChoice::Uv),
-        ("vertex", LayoutChoice::Vertex),
-        ("unwrap", LayoutChoice::Unwrap),
-    ];
-    if planish_geometry::bundle::CAN_UNWRAP { &ALL } else { ALL.split_at(3).0 }
-}
-
-/// `--interpolation`
-pub fn interpolations() -> Choices<Interpolation> {
-    &[
-        ("barycentric", Interpolation::Barycentric),
-        ("natural", Interpolation::Natural),
-        ("idw", Interpolation::Idw),
-        ("nearest", Interpolation::Nearest),
-    ]
-}
-
-/// `--texels`
-pub fn texels() -> Choices<Texels> {
-    &[("fitted", Texels::Fitted), ("interpolated", Texels::Interpolated)]
-}
-
-/// `--normal-convention`
-pub fn conventions() -> Choices<Convention> {
-    &[("opengl", Convention::OpenGl), ("directx", Convention::DirectX)]
-}
-
-/// `--map` and `--space`
-pub fn maps() -> Choices<MapKind> {
-    &[
-        ("heights", MapKind::Scalar),
-        ("vectors, object space", MapKind::VectorObject),
-        ("vectors, tangent space", MapKind::VectorTangent),
-    ]
-}
-
-fn file_word(format: FileFormat) -> &'static str {
-    match format {
-        FileFormat::Png => "png",
-        FileFormat::Exr => "exr",
-        FileFormat::Tiff => "tiff",
+/// Options of all settings that have a value and are not the default.
+fn add_settings(settings: &Settings, add: &mut impl FnMut(&str, String)) {
+    let default = Settings::default();
+    let Settings {
+        // The recipe has a method or a target instead.
+        goal: _,
+        welding,
+        normals,
+        lambda,
+        map,
+        layout,
+        side,
+        largest_side,
+        tolerance,
+        interpolation,
+        texels,
+        texel,
+        convention,
+        // A flag, which has no value.
+        carriers: _,
+    } = settings;
+    match welding {
+        Welding::Exact => {}
+        Welding::None => add("weld", "none".to_owned()),
+        Welding::Epsilon(epsilon) => add("weld", epsilon.to_string()),
     }
+    let mut unless = |is_default: bool, option: &str, value: String| {
+        if !is_default {
+            add(option, value);
+        }
+    };
+    unless(*lambda == default.lambda, "lambda", lambda.0.to_string());
+    unless(*normals == default.normals, "normals", normals.map_or("auto", NormalField::name).to_owned());
+    unless(*map == MapKind::Scalar, "map", "vector".to_owned());
+    unless(*map != MapKind::VectorTangent, "space", "tangent".to_owned());
+    unless(*layout == default.layout, "layout", layout.name().to_owned());
+    unless(*tolerance == default.tolerance, "tolerance", tolerance.0.to_string());
+    unless(*largest_side == default.largest_side, "max-size", largest_side.0.to_string());
+    // One texel for each vertex has the size that it needs.
+    if let Some(side) = side.filter(|_| *layout != LayoutChoice::Vertex) {
+        unless(false, "size", side.to_string());
+    }
+    unless(*interpolation == default.interpolation, "interpolation", interpolation.name().to_owned());
+    unless(*texels == default.texels, "texels", texels.name().to_owned());
+    unless(*texel == default.texel, "format", texel.file().name().to_owned());
+    unless(*texel == default.texel, "bits", texel.bits().to_string());
+    unless(*convention == default.convention, "normal-convention", convention.name().to_owned());
 }
 
-/// `--format` and `--bits` in words.
+/// All values of an enum with their names.
+pub fn choices<T: Named>() -> impl Iterator<Item = (String, T)> {
+    T::VALUES.iter().map(|value| (value.word().name.to_owned(), *value))
+}
+
+/// Choices of the normals; none is automatic.
+pub fn normals() -> impl Iterator<Item = (String, Option<NormalField>)> {
+    std::iter::once(("auto".to_owned(), None)).chain(choices().map(|(name, source)| (name, Some(source))))
+}
+
+/// Choices of the layout that this build has.
+pub fn layouts() -> impl Iterator<Item = (String, LayoutChoice)> {
+    choices().filter(|(_, layout)| *layout != LayoutChoice::Unwrap || planish_geometry::bundle::CAN_UNWRAP)
+}
+
+/// Choices of what a map holds.
+pub fn maps() -> [(String, MapKind); 3] {
+    MapKind::ALL.map(|map| {
+        let words = match map {
+            MapKind::Scalar => "heights",
+            MapKind::VectorObject => "vectors, object space",
+            MapKind::VectorTangent => "vectors, tangent space",
+        };
+        (words.to_owned(), map)
+    })
+}
+
+/// Format of a map in words.
 pub fn texel_words(texel: TexelFormat) -> String {
-    format!("{}, {} bits", file_word(texel.file()).to_uppercase(), texel.bits())
+    format!("{}, {} bits", texel.file(), texel.bits())
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use super::document::Kind;
 use super::*;
+use planish_geometry::denoise::Denoiser;
 use planish_geometry::shapes;
 use std::fs;
 use std::sync::mpsc::{Receiver, channel};
@@ -156,8 +157,9 @@ fn a_change_is_baked_when_it_has_settled_and_the_last_result_stays_until_then() 
 fn a_stopped_bake_leaves_the_last_result_and_can_be_asked_for_again() {
     let mut bench = Bench::baked();
     let first = Arc::clone(bench.app.map().unwrap());
-    bench.app.choices.recipe.denoiser =
-        options::with(&options::named("taubin"), "/iterations", 100_000.into()).unwrap();
+    let mut taubin = Denoiser::named("taubin").unwrap();
+    taubin.set("iterations", 100_000).unwrap();
+    bench.app.choices.recipe.denoiser = taubin;
     bench.until("begun", |app| app.status(Work::Bake).is_some());
     bench.app.cancel(Work::Bake);
     bench.until("stopped", |app| app.status(Work::Bake).is_none());

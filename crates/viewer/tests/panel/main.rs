@@ -5,9 +5,10 @@
 use egui::{Theme, vec2};
 use egui_kittest::kittest::Queryable as _;
 use egui_kittest::{Harness, SnapshotOptions};
+use planish_geometry::denoise::Denoiser;
 use planish_viewer::app::jobs::Wake;
 use planish_viewer::app::remembered::Remembered;
-use planish_viewer::app::{App, Gesture, MessageKind, Work, options};
+use planish_viewer::app::{App, Gesture, MessageKind, Work};
 use planish_viewer::settings::{Overlay, Shading};
 use planish_viewer::window::{Session, panel};
 use std::path::Path;
@@ -52,7 +53,7 @@ fn app() -> App {
 /// A mesh with a map that only changes with the method that made it.
 fn baked(method: &str) -> App {
     let mut app = app();
-    app.choices.recipe.denoiser = options::named(method);
+    app.choices.recipe.denoiser = Denoiser::named(method).unwrap();
     app.open(Path::new(MESH));
     until(&mut app, App::is_baked);
     app

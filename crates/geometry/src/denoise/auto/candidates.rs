@@ -1,37 +1,37 @@
 //! Candidates of the mixture. A new one is a name, and its algorithm in [`Candidate::algorithm`].
 
 use crate::denoise::map::{Prior, Problem};
+use crate::named;
 use crate::progress::{Cancelled, Progress};
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// A way to denoise, with all it needs to know but the noise.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Candidate {
-    /// Leave the mesh as it is.
-    Stay,
-    /// Flat parts with sharp creases; stands noise that is alike between neighbours.
-    Flat,
-    /// Curved parts with sharp creases.
-    Sharp,
-    /// Parts with creases.
-    Creases,
-    /// Some creases.
-    Mixed,
-    /// Smooth shapes with detail.
-    Detail,
-    /// Smooth shapes.
-    Smooth,
-    /// Linear smoothing, very little.
-    LinearFaint,
-    /// Linear smoothing, little.
-    LinearLight,
-    /// Linear smoothing.
-    Linear,
-    /// Linear smoothing, much.
-    LinearStrong,
+named! {
+    /// A way to denoise that `auto` may try; all that it needs beside is the noise.
+    pub enum Candidate {
+        /// `map` with the prior for flat parts with sharp creases; also stands noise that is alike between neighbours.
+        Flat = "flat",
+        /// `map` with the prior for curved parts with sharp creases.
+        Sharp = "sharp",
+        /// `map` with the prior for parts whose creases need not be sharp.
+        Creases = "creases",
+        /// `map` with the prior for shapes with some creases.
+        Mixed = "mixed",
+        /// `map` with the prior for smooth shapes with detail.
+        Detail = "detail",
+        /// `map` with the prior for smooth shapes.
+        Smooth = "smooth",
+        /// Linear smoothing, very little.
+        LinearFaint = "linear-faint",
+        /// Linear smoothing, little.
+        LinearLight = "linear-light",
+        /// Linear smoothing.
+        Linear = "linear",
+        /// Linear smoothing, much.
+        LinearStrong = "linear-strong",
+        /// The mesh as it is.
+        Stay = "stay",
+    }
 }
 
 /// Algorithm of a candidate.
@@ -52,38 +52,6 @@ pub(super) enum Algorithm {
 }
 
 impl Candidate {
-    /// All there are: what goes unsaid is tried.
-    pub const ALL: [Self; 11] = [
-        Self::Flat,
-        Self::Sharp,
-        Self::Creases,
-        Self::Mixed,
-        Self::Detail,
-        Self::Smooth,
-        Self::LinearFaint,
-        Self::LinearLight,
-        Self::Linear,
-        Self::LinearStrong,
-        Self::Stay,
-    ];
-
-    /// Its name, as in JSON and on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Stay => "stay",
-            Self::Flat => "flat",
-            Self::Sharp => "sharp",
-            Self::Creases => "creases",
-            Self::Mixed => "mixed",
-            Self::Detail => "detail",
-            Self::Smooth => "smooth",
-            Self::LinearFaint => "linear-faint",
-            Self::LinearLight => "linear-light",
-            Self::Linear => "linear",
-            Self::LinearStrong => "linear-strong",
-        }
-    }
-
     /// Algorithm with its settings. Strengths were found on a dozen and a half meshes, from machine parts to animals.
     pub(super) fn algorithm(self) -> Algorithm {
         let linear = |strength| Algorithm::Linear { strength, passes: 4 };

@@ -4,7 +4,7 @@ use super::super::session::Session;
 use super::choose;
 use crate::app::App;
 use crate::app::document::{self, Map};
-use crate::app::recipe::{self, Choices};
+use crate::app::recipe;
 use egui::{Color32, ColorImage, Rect, Sense, Ui, Vec2, pos2};
 use planish_files::words;
 use planish_geometry::bundle::{Carriers, LayoutChoice, Settings};
@@ -97,11 +97,6 @@ fn picture(ui: &mut Ui, map: &Arc<Map>, session: &mut Session) {
     session.mark("map", rect);
 }
 
-/// Choices for a list.
-fn owned<T: Copy>(choices: Choices<T>) -> impl Iterator<Item = (String, T)> {
-    choices.iter().map(|(word, choice)| ((*word).to_owned(), *choice))
-}
-
 /// The texel at a place of the unit square, down from the upper left corner.
 fn texel(map: &Map, [x, y]: [f32; 2]) -> Option<String> {
     let displacement = map.displacement()?;
@@ -118,8 +113,8 @@ fn texel(map: &Map, [x, y]: [f32; 2]) -> Option<String> {
 }
 
 fn settings(ui: &mut Ui, settings: &mut Settings) {
-    choose(ui, "map", &mut settings.map, owned(recipe::maps()));
-    choose(ui, "layout", &mut settings.layout, owned(recipe::layouts()));
+    choose(ui, "map", &mut settings.map, recipe::maps());
+    choose(ui, "layout", &mut settings.layout, recipe::layouts());
     if settings.layout == LayoutChoice::Vertex {
         // Its size follows from the number of vertices.
         settings.side = None;
@@ -131,10 +126,10 @@ fn settings(ui: &mut Ui, settings: &mut Settings) {
         choose(ui, "size", &mut settings.side, all);
     }
     choose(ui, "texels", &mut settings.texel, TexelFormat::ALL.map(|texel| (recipe::texel_words(texel), texel)));
-    choose(ui, "at vertices", &mut settings.texels, owned(recipe::texels()));
-    choose(ui, "between vertices", &mut settings.interpolation, owned(recipe::interpolations()));
-    choose(ui, "normals", &mut settings.normals, owned(recipe::normals()));
-    choose(ui, "normal map", &mut settings.convention, owned(recipe::conventions()));
+    choose(ui, "at vertices", &mut settings.texels, recipe::choices());
+    choose(ui, "between vertices", &mut settings.interpolation, recipe::choices());
+    choose(ui, "normals", &mut settings.normals, recipe::normals());
+    choose(ui, "normal map", &mut settings.convention, recipe::choices());
     ui.add(egui::Slider::new(&mut settings.tolerance.0, 0.625..=10.0).text("tolerance, quanta"))
         .on_hover_text("how far off a vertex may be for the layout auto to use the mesh's own UVs");
     ui.add(egui::Slider::new(&mut settings.lambda.0, 0.0..=1.5).text("λ of the files"))

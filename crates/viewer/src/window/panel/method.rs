@@ -2,11 +2,11 @@
 
 use super::super::dialog::FilePurpose;
 use super::super::session::{Action, Session};
-use crate::app::options::{self, KNOBS, Knob, Values};
 use crate::app::{App, Rebake, Work};
 use egui::{Response, Ui};
-use planish_geometry::denoise::Denoiser;
+use planish_geometry::denoise::{Denoiser, Parameter, Values};
 use planish_geometry::displacement::MapKind;
+use planish_geometry::named::Word;
 use serde_json::Value;
 
 pub(super) fn show(ui: &mut Ui, app: &mut App, session: &mut Session) {
@@ -20,7 +20,7 @@ pub(super) fn show(ui: &mut Ui, app: &mut App, session: &mut Session) {
     } else {
         pick(ui, app, session);
         chosen(ui, app);
-        knobs(ui, app, session);
+        parameters(ui, app, session);
         ui.collapsing("Limits", |ui| limits(ui, app, session));
     }
     ui.horizontal_wrapped(|ui| {
@@ -70,7 +70,7 @@ fn pick(ui: &mut Ui, app: &mut App, session: &mut Session) {
     let list = list.height(super::LONGEST_LIST).show_ui(ui, |ui| {
         for method in Denoiser::every() {
             let label = ui.selectable_label(method.name() == denoiser.name(), method.name());
-            let label = label.on_hover_text(options::described(method.name()));
+            let label = label.on_hover_text(method.summary());
             session.mark(method.name(), label.rect);
             if label.clicked() && method.name() != denoiser.name() {
                 *denoiser = method;
@@ -78,9 +78,9 @@ fn pick(ui: &mut Ui, app: &mut App, session: &mut Session) {
         }
     });
     session.mark("method", list.response.rect);
-    ui.weak(options::described(denoiser.name()));
+    ui.weak(denoiser.summary());
     ui.horizontal(|ui| {
-        let default = options::named(denoiser.name());
+        let default = Denoiser::named(denoiser.name()).unwrap_or_default();
         let button = ui.add_enabled(*denoiser != default, egui::Button::new("Defaults").small());
         if button.on_hover_text("settings that work on most meshes").clicked() {
             *denoiser = default;
@@ -94,96 +94,93 @@ fn pick(ui: &mut Ui, app: &mut App, session: &mut Session) {
     });
 }
 
-fn knobs(ui: &mut Ui, app: &mut App, session: &mut Session) {
+fn parameters(ui: &mut Ui, app: &mut App, session: &mut Session) {
     // Of a map of heights the motion is along normals always.
     let is_scalar = app.choices.recipe.settings.map == MapKind::Scalar;
     let denoiser = &mut app.choices.recipe.denoiser;
-    let settings = options::json(denoiser);
-    for knob in KNOBS {
-        let Some(value) = settings.pointer(knob.place) else { continue };
-        if is_scalar && knob.label == "motion" {
+    for parameter in denoiser.options() {
+        if is_scalar && parameter.name == "motion" {
             continue;
         }
-        let mut changed = value.clone();
-        let response = turn(ui, knob, &mut changed).on_hover_text(knob.help);
-        session.mark(knob.label, response.rect);
-        if changed != *value
-            && let Some(with) = options::with(denoiser, knob.place, changed)
-        {
-            *denoiser = with;
+        let before = denoiser.get(parameter);
+        let mut value = before.clone();
+        let response = widget(ui, parameter, &mut value).on_hover_text(help(parameter));
+        session.mark(parameter.label, response.rect);
+        if value != before {
+            // A value that is not allowed changes nothing, and the widget goes back.
+            let _ = denoiser.set_parameter(parameter, value);
         }
     }
 }
 
-/// The widget of a knob. Left alone, a value keeps its last digit.
-fn turn(ui: &mut Ui, knob: &Knob, value: &mut Value) -> Response {
-    match knob.values {
-        Values::Count { usual } => {
+/// What a parameter does, with its unit.
+fn help(parameter: &Parameter) -> String {
+    let unit = parameter.unit.map(|unit| format!(", in {unit}")).unwrap_or_default();
+    format!("{}{unit}", parameter.help)
+}
+
+/// The widget of a parameter. Left alone, a value keeps its last digit.
+fn widget(ui: &mut Ui, parameter: &Parameter, value: &mut Value) -> Response {
+    let label = parameter.label;
+    match parameter.values {
+        Values::Count { max, slider_max } => {
             let mut count = value.as_u64().unwrap_or(0) as u32;
-            let most = usual.max(count);
-            let slider = egui::Slider::new(&mut count, 0..=most).text(knob.label);
+            let end = slider_max.max(count);
+            let slider = egui::Slider::new(&mut count, 0..=end).text(label);
             let response = ui.add(slider.clamping(egui::SliderClamping::Never));
-            *value = count.min(100_000).into();
+            *value = count.min(max).into();
             response
         }
-        Values::Number { least, most, usual, measured } => {
-            let row = |ui: &mut Ui| {
-                let before = value.as_f64();
-                let mut given = before.is_some();
-                if measured {
-                    ui.checkbox(&mut given, "").on_hover_text("given, instead of measured on the mesh");
-                }
-                if !given {
-                    *value = Value::Null;
-                    return ui.label(format!("{}: measured", knob.label));
-                }
-                let before = before.unwrap_or(0.2);
-                let mut number = before;
-                let slider = egui::Slider::new(&mut number, least..=usual.max(before)).text(knob.label);
-                let response = ui.add(slider.clamping(egui::SliderClamping::Never).max_decimals(4));
-                if number != before || value.is_null() {
-                    *value = number.clamp(least, most).into();
-                }
-                response
-            };
-            ui.horizontal(row).inner
+        Values::Number { min, max, slider_max } => {
+            ui.horizontal(|ui| number(ui, parameter, value, [min, slider_max, max])).inner
         }
-        Values::Words { all, measured } => {
+        Values::Word(_) | Values::Preset(_) => {
             let before = value.as_str().map(str::to_owned);
             let mut chosen = before.as_deref();
-            let words = all.iter().map(|word| ((*word).to_owned(), Some(*word)));
-            let nothing = measured.then(|| ("measured".to_owned(), None));
-            let response = super::choose(ui, knob.label, &mut chosen, nothing.into_iter().chain(words));
+            let nothing = parameter.is_optional.then(|| ("measured".to_owned(), None));
+            let all = parameter.choices().iter().map(|word| (word.name.to_owned(), Some(word.name)));
+            let response = super::choose(ui, label, &mut chosen, nothing.into_iter().chain(all));
             *value = chosen.into();
             response
         }
-        Values::Several(all) => several(ui, knob.label, all, value),
-        Values::Prior => {
-            let before = options::prior_name(value);
-            let mut chosen = before;
-            let response = super::choose(ui, knob.label, &mut chosen, options::PRIORS.map(|(n, _)| (n.to_owned(), n)));
-            if let Some((_, prior)) = options::PRIORS.iter().find(|(name, _)| *name == chosen && chosen != before) {
-                *value = serde_json::to_value(prior).unwrap_or_default();
-            }
-            response
-        }
+        Values::Words(words) => several(ui, label, words, value),
     }
 }
 
+/// A slider for a number, and a tick where the number may also be measured.
+fn number(ui: &mut Ui, parameter: &Parameter, value: &mut Value, [min, slider_max, max]: [f64; 3]) -> Response {
+    let before = value.as_f64();
+    let mut given = before.is_some();
+    if parameter.is_optional {
+        ui.checkbox(&mut given, "").on_hover_text("given, instead of measured on the mesh");
+    }
+    if !given {
+        *value = Value::Null;
+        return ui.label(format!("{}: measured", parameter.label));
+    }
+    let before = before.unwrap_or(0.2);
+    let mut number = before;
+    let slider = egui::Slider::new(&mut number, min..=slider_max.max(before)).text(parameter.label);
+    let response = ui.add(slider.clamping(egui::SliderClamping::Never).max_decimals(4));
+    if number != before || value.is_null() {
+        *value = number.clamp(min, max).into();
+    }
+    response
+}
+
 /// A list of words to tick; all that suit where none is ticked.
-fn several(ui: &mut Ui, label: &str, all: &'static [&'static str], value: &mut Value) -> Response {
-    let mut ticked: Vec<&str> = match value.as_array() {
-        Some(words) => all.iter().copied().filter(|w| words.iter().any(|v| v == w)).collect(),
-        None => Vec::new(),
-    };
+fn several(ui: &mut Ui, label: &str, words: &'static [Word], value: &mut Value) -> Response {
+    let is_ticked = |name: &str| value.as_array().is_some_and(|all| all.iter().any(|word| word == name));
+    let mut ticked: Vec<&str> = words.iter().map(|word| word.name).filter(|name| is_ticked(name)).collect();
     let shown = if ticked.is_empty() { "all that suit".to_owned() } else { ticked.join(", ") };
     let list = egui::ComboBox::from_label(label).selected_text(shown).width(150.0);
     let list = list.close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside);
     let response = list.show_ui(ui, |ui| {
-        for word in all {
-            let mut on = ticked.contains(word);
-            if ui.checkbox(&mut on, *word).changed() {
-                ticked = all.iter().copied().filter(|w| if w == word { on } else { ticked.contains(w) }).collect();
+        for Word { name, help, .. } in words {
+            let mut on = ticked.contains(name);
+            if ui.checkbox(&mut on, *name).on_hover_text(*help).changed() {
+                let stays = |other: &&str| if other == name { on } else { ticked.contains(other) };
+                ticked = words.iter().map(|word| word.name).filter(stays).collect();
             }
         }
     });

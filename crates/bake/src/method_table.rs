@@ -1,0 +1,191 @@
+//! The tables of parameters as text: for the help, for `planish methods`, and for `docs/methods.md`.
+
+use planish_geometry::denoise::{Denoiser, Parameter, Values};
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+
+/// An option of the command line: the parameter of that name, in each method that has it.
+pub(crate) struct MethodOption {
+    /// Methods with their parameter; at least one.
+    users: Vec<(Denoiser, &'static Parameter)>,
+}
+
+/// All options, in the order in which methods name them.
+pub(crate) fn options() -> Vec<MethodOption> {
+    let mut all: Vec<MethodOption> = Vec::new();
+    for method in Denoiser::every() {
+        for parameter in method.options() {
+            let user = (method.clone(), parameter);
+            match all.iter_mut().find(|option| option.name() == parameter.name) {
+                Some(option) => option.users.push(user),
+                None => all.push(MethodOption { users: vec![user] }),
+            }
+        }
+    }
+    all
+}
+
+impl MethodOption {
+    /// Name, without dashes.
+    pub(crate) fn name(&self) -> &'static str {
+        self.parameter().name
+    }
+
+    /// The parameter of the first method that has it; name and values are the same in all of them.
+    pub(crate) fn parameter(&self) -> &'static Parameter {
+        self.users[0].1
+    }
+
+    /// Help for the command line: methods, what it does with them, defaults and range.
+    pub(crate) fn help(&self) -> String {
+        let names = |methods: &[&str]| methods.join(", ");
+        let meanings = self.grouped(|_, parameter| meaning(parameter));
+        let meanings: Vec<String> =
+            meanings.iter().map(|(text, methods)| format!("{}: {text}", names(methods))).collect();
+        let mut defaults = self.grouped(default_text);
+        // The commonest goes without names.
+        defaults.sort_by_key(|(_, methods)| std::cmp::Reverse(methods.len()));
+        let other = defaults.iter().skip(1).map(|(text, methods)| format!("; {text} with {}", names(methods)));
+        let default = defaults.first().map(|(text, _)| text.clone()).into_iter().chain(other).collect::<String>();
+        let range = range(self.parameter()).map(|range| format!(" [range: {range}]")).unwrap_or_default();
+        format!("{} [default: {default}]{range}", meanings.join("; "))
+    }
+
+    /// Methods that say the same.
+    fn grouped(&self, text: impl Fn(&Denoiser, &Parameter) -> String) -> Vec<(String, Vec<&'static str>)> {
+        let mut groups: Vec<(String, Vec<&'static str>)> = Vec::new();
+        for (method, parameter) in &self.users {
+            let text = text(method, parameter);
+            match groups.iter_mut().find(|group| group.0 == text) {
+                Some(group) => group.1.push(method.name()),
+                None => groups.push((text, vec![method.name()])),
+            }
+        }
+        groups
+    }
+}
+
+/// Summary of a method with its paper.
+pub(crate) fn summary(method: &Denoiser) -> String {
+    let cite = method.info().reference.map(|paper| format!(" ({})", paper.cite)).unwrap_or_default();
+    format!("{}{cite}", method.summary())
+}
+
+/// What a parameter does, with its unit.
+fn meaning(parameter: &Parameter) -> String {
+    let unit = parameter.unit.map(|unit| format!(", in {unit}")).unwrap_or_default();
+    format!("{}{unit}", parameter.help)
+}
+
+/// Default of a parameter of a method.
+fn default_text(method: &Denoiser, parameter: &Parameter) -> String {
+    let sets_it = |p: &&Parameter| {
+        matches!(p.values, Values::Preset(_)) && p.name != parameter.name && parameter.pointer.starts_with(p.pointer)
+    };
+    match (method.options().find(sets_it), method.get(parameter)) {
+        (Some(preset), _) => format!("as --{} has it", preset.name),
+        (None, Value::Null) => "chosen from the mesh".to_owned(),
+        (None, value) => parameter.text(&value),
+    }
+}
+
+/// Range of a number; none for words.
+fn range(parameter: &Parameter) -> Option<String> {
+    match parameter.values {
+        Values::Count { max, .. } => Some(format!("0 to {max}")),
+        Values::Number { min, max, .. } => Some(format!("{min} to {max}")),
+        Values::Word(_) | Values::Words(_) | Values::Preset(_) => None,
+    }
+}
+
+/// Methods and their parameters for people.
+pub(crate) fn text(methods: &[Denoiser]) -> String {
+    let mut out = String::new();
+    for method in methods {
+        let _ = writeln!(out, "{}\n  {}", method.name(), summary(method));
+        for parameter in method.options() {
+            let range = range(parameter).map(|range| format!(" [range: {range}]")).unwrap_or_default();
+            let default = default_text(method, parameter);
+            let name = parameter.name;
+            let _ = writeln!(out, "    --{name:17} {} [default: {default}]{range}", meaning(parameter));
+            // All words of all methods would be many lines.
+            for word in parameter.choices().iter().filter(|_| methods.len() == 1) {
+                let _ = writeln!(out, "      {:17} {}", word.name, word.help);
+            }
+        }
+        out.push('\n');
+    }
+    if methods.len() > 1 {
+        out.push_str("`planish methods NAME` shows one of them, with all words that its settings may be.\n");
+    }
+    out
+}
+
+/// Methods and their parameters for programs.
+pub(crate) fn json(methods: &[Denoiser]) -> Value {
+    let parameter = |method: &Denoiser, p: &Parameter| {
+        let (kind, min, max) = match p.values {
+            Values::Count { max, .. } => ("count", Some(0.0), Some(f64::from(max))),
+            Values::Number { min, max, .. } => ("number", Some(min), Some(max)),
+            Values::Word(_) => ("word", None, None),
+            Values::Words(_) => ("words", None, None),
+            Values::Preset(_) => ("preset", None, None),
+        };
+        json!({
+            "name": p.name,
+            "field": p.path(),
+            "kind": kind,
+            "min": min,
+            "max": max,
+            "default": method.get(p),
+            "optional": p.is_optional,
+            "unit": p.unit,
+            "words": p.choices(),
+            "help": p.help,
+        })
+    };
+    let method = |method: &Denoiser| {
+        json!({
+            "name": method.name(),
+            "summary": method.summary(),
+            "reference": method.info().reference,
+            "parameters": method.options().map(|p| parameter(method, p)).collect::<Vec<_>>(),
+        })
+    };
+    methods.iter().map(method).collect()
+}
+
+const MARKDOWN_HEAD: &str = "# Methods\n
+<!-- Made by `cargo run -- methods --markdown > docs/methods.md`; a test says when that has to be done again. -->\n
+Each method is chosen by `--method NAME`, and has the options below. *field* is where the manifest of a map has the setting, inside
+`method`; values outside the range are refused there as well. What the [words](#words) mean is said once, at the end.\n";
+
+/// Methods and their parameters as a page of the documentation.
+pub(crate) fn markdown() -> String {
+    let mut out = MARKDOWN_HEAD.to_owned();
+    for method in Denoiser::every() {
+        let of_all = if method == Denoiser::default() { " (default)" } else { "" };
+        let _ = write!(out, "\n## {}{of_all}\n\n{}.\n", method.name(), method.summary());
+        if let Some(paper) = method.info().reference {
+            let _ = writeln!(out, "\n{}: {}.", paper.cite, paper.title);
+        }
+        if method.paper().is_some_and(|paper| paper != method) {
+            let _ = writeln!(out, "\n`--preset paper` has the settings of its authors.");
+        }
+        out.push_str("\n| option | field | default | range | |\n| --- | --- | --- | --- | --- |\n");
+        for p in method.options() {
+            let words = || p.choices().iter().map(|word| format!("`{}`", word.name)).collect::<Vec<_>>().join(", ");
+            let range = range(p).unwrap_or_else(words);
+            let default = default_text(&method, p);
+            let _ = writeln!(out, "| `--{}` | `{}` | {default} | {range} | {} |", p.name, p.path(), meaning(p));
+        }
+    }
+    out.push_str("\n## Words\n");
+    for option in options().iter().filter(|option| !option.parameter().choices().is_empty()) {
+        let _ = writeln!(out, "\n`--{}`: {}\n", option.name(), option.parameter().help);
+        for word in option.parameter().choices() {
+            let _ = writeln!(out, "- `{}`: {}", word.name, word.help);
+        }
+    }
+    out
+}
