@@ -115,8 +115,8 @@ fn a_bundle_of_arrays_is_understood_from_its_own_files() {
     let goal = Goal::from(Denoiser::Laplacian(Laplacian::default()));
     let settings = Settings { goal: goal.clone(), ..Settings::default() };
     let model = Model::new(MeshData::try_from(sheet()).unwrap(), Welding::Exact);
-    let Bundle { manifest, .. } = &bake_of(&model, &settings);
     let bundle = bake_of(&model, &settings);
+    let manifest = &bundle.manifest;
     let carrier = Obj::parse(bytes_of(&bundle, &manifest.carrier.obj).to_vec()).unwrap();
     assert_eq!(manifest::sha256(carrier.bytes()), manifest.carrier.sha256);
     let displacement = bytes_of(&bundle, &manifest.displacement.file);
@@ -128,7 +128,7 @@ fn a_bundle_of_arrays_is_understood_from_its_own_files() {
     let vertices = apply::baked_vertices(model.source(), manifest, &|| None).unwrap();
     let places = apply::displaced(&vertices, &map, 1.0, entry.origin);
     let ways = goal.ways(&model, MapKind::Scalar, Some(manifest.normals), &Silent).unwrap();
-    let expected = model.weld().spread(&model.surface().positions().to_vec());
+    let expected = model.weld().spread(model.surface().positions());
     for ((place, source), v) in places.iter().zip(expected).zip(model.weld().vertex_of()) {
         let height = ways.heights.as_ref().unwrap().0[*v as usize];
         let denoised = source - height * ways.normals[*v as usize].as_dvec3();
