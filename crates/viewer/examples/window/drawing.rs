@@ -103,7 +103,7 @@ impl Drawing {
         let (width, height) = (self.configuration.width, self.configuration.height);
         let [low, high] = self.bounds;
         let (centre, radius) = (0.5 * (low + high), 0.5 * low.distance(high).max(f32::MIN_POSITIVE));
-        let eye = centre + 2.6 * radius * Vec3::new(0.5, 0.3, 0.8);
+        let eye = centre + 2.3 * radius * Vec3::new(0.5, 0.3, 0.8);
         let clip_from_world = perspective(0.9, width as f32 / height as f32, 0.1 * radius, 10.0 * radius)
             * look_at_mat4(eye, centre, Vec3::Y);
         self.queue.write_buffer(&self.camera, 0, bytes_of(&clip_from_world));
