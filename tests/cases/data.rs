@@ -1,10 +1,10 @@
 //! The meshes in `data/` are what their commands make.
 
-use planish_geometry::manifest;
-use planish_geometry::model::Model;
-use planish_geometry::noise::{self, Direction, Noise};
-use planish_geometry::obj::Obj;
-use planish_geometry::weld::Welding;
+use planish_geometry::map::manifest;
+use planish_geometry::mesh::synthetic_noise::{self, Direction, Noise};
+use planish_geometry::mesh::weld::Welding;
+use planish_geometry::source::model::Model;
+use planish_geometry::source::obj::Obj;
 use std::path::Path;
 
 fn root() -> &'static Path {
@@ -38,7 +38,7 @@ fn clean_meshes_are_closed_manifolds_and_noisy_ones_are_made_of_them() {
         assert!(charts.seam_vertices > 500 && charts.unmapped_faces == 0, "{charts:?}");
 
         let settings = Noise { sigma: 0.2, direction: Direction::Normal, share: 1.0, seed: 1 };
-        let moved = noise::noisy(clean.surface(), &settings);
+        let moved = synthetic_noise::noisy(clean.surface(), &settings);
         let noisy = clean.source().with_positions(&clean.weld().spread(moved.positions()), None).unwrap();
         assert!(noisy == *model(&format!("{name}_noisy.obj")).source().bytes(), "{name}");
     }

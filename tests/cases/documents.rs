@@ -2,11 +2,11 @@
 //! has every field.
 
 use crate::support::root;
-use planish_geometry::bundle::{self, Belongings, Names, Settings};
-use planish_geometry::model::Model;
-use planish_geometry::obj::Obj;
+use planish_geometry::bake::{self, Belongings, Names, Settings};
+use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Silent;
-use planish_geometry::weld::Welding;
+use planish_geometry::source::model::Model;
+use planish_geometry::source::obj::Obj;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
@@ -86,7 +86,7 @@ fn every_field_of_a_manifest_is_documented() {
     let model = Model::new(Obj::parse(mesh).unwrap(), Welding::Exact);
     let names = Names { source: "duck_noisy.obj".into(), stem: "duck_noisy".into(), carrier: "duck_noisy".into() };
     let settings = Settings { side: Some(64), ..Settings::default() };
-    let bundle = bundle::bake(&model, &names, Belongings::NONE, &settings, &Silent).unwrap();
+    let bundle = bake::bake(&model, &names, Belongings::NONE, &settings, &Silent).unwrap();
     let json: Value = serde_json::from_slice(&bundle.files.last().unwrap().bytes).unwrap();
     let page = fs::read_to_string(root().join("docs/manifest.md")).unwrap();
     let (top, sections) = page.split_once("## `").unwrap();

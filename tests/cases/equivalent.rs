@@ -1,14 +1,14 @@
 //! The command line that the window shows does what the window does.
 
-use planish_files::bake::Job;
+use planish_files::bake_files::Job;
 use planish_files::input;
-use planish_geometry::bundle::{Carriers, LayoutChoice};
+use planish_geometry::bake::{Carriers, LayoutChoice};
 use planish_geometry::denoise::{Denoiser, Parameter, Values};
-use planish_geometry::displacement::{MapKind, TexelFormat};
-use planish_geometry::manifest::Manifest;
-use planish_geometry::model::NormalSource;
+use planish_geometry::map::displacement::{MapKind, TexelFormat};
+use planish_geometry::map::manifest::Manifest;
+use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Silent;
-use planish_geometry::weld::Welding;
+use planish_geometry::source::model::NormalSource;
 use planish_viewer::app::recipe::Recipe;
 use serde_json::Value;
 use std::fmt::Write as _;

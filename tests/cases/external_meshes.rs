@@ -1,10 +1,10 @@
 //! Meshes as they are out there, from the folder that `PLANISH_MESHES` names.
 
 use crate::support::{bake, keeps_its_promises, meshes_from_outside, meshes_in, model};
-use planish_geometry::bundle::Settings;
+use planish_geometry::bake::Settings;
 use planish_geometry::denoise::{Denoiser, Laplacian};
+use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Silent;
-use planish_geometry::weld::Welding;
 
 fn one_full_step() -> Settings {
     let method = Denoiser::Laplacian(Laplacian { iterations: 1, step: 1.0, ..Laplacian::default() });
@@ -65,6 +65,10 @@ fn every_mesh_gets_through() {
         assert!(denoised.iter().all(|p| p.is_finite()), "{}", path.display());
         let written = model.source().with_positions(&model.weld().spread(&denoised), None).unwrap();
         let spread = model.weld().spread(&denoised);
-        assert!(planish_geometry::obj::Obj::parse(written).unwrap().data().positions() == spread, "{}", path.display());
+        assert!(
+            planish_geometry::source::obj::Obj::parse(written).unwrap().data().positions() == spread,
+            "{}",
+            path.display()
+        );
     }
 }

@@ -1,12 +1,12 @@
 //! How exact each layout is, on the meshes of the repository and on those that `PLANISH_MESHES` names.
 
 use crate::support::{Read, bake, heights, keeps_its_promises, meshes_from_outside, meshes_in, model, root};
-use planish_geometry::bundle::{Carriers, Fallback, LayoutChoice, Settings};
+use planish_geometry::bake::{Carriers, Fallback, LayoutChoice, Settings};
 use planish_geometry::denoise::{Denoiser, Laplacian};
-use planish_geometry::displacement::{TexelFormat, Weights};
-use planish_geometry::manifest::Layout;
-use planish_geometry::model::Model;
-use planish_geometry::weld::Welding;
+use planish_geometry::map::displacement::{TexelFormat, Weights};
+use planish_geometry::map::manifest::Layout;
+use planish_geometry::mesh::weld::Welding;
+use planish_geometry::source::model::Model;
 use std::path::Path;
 
 fn settings(layout: LayoutChoice, texel: TexelFormat) -> Settings {
@@ -125,8 +125,8 @@ fn sampling_a_texel_and_its_number_are_the_same() {
     let read = Read::new(&bake(&model, &settings(LayoutChoice::Vertex, TexelFormat::Tiff16)));
     let size = read.map.size();
     for line in 0..model.data().positions().len() as u32 {
-        use planish_geometry::displacement::Place;
-        use planish_geometry::texture::per_vertex;
+        use planish_geometry::map::displacement::Place;
+        use planish_geometry::map::per_vertex;
         let height = |place| read.map.height_at(place, Weights::Exact).to_bits();
         assert_eq!(height(Place::Texel(line)), height(Place::Uv(per_vertex::uv(line, size))));
     }

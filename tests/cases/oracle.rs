@@ -3,7 +3,7 @@
 
 use crate::support::{meshes_from_outside, meshes_in, root};
 use glam::{DVec2, DVec3, Vec2, Vec3};
-use planish_geometry::obj::Obj;
+use planish_geometry::source::obj::Obj;
 use std::path::Path;
 
 /// A corner's position and uv.

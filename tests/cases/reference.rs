@@ -5,7 +5,7 @@ mod bounds;
 use crate::support::{meshes_in, root};
 use bounds::Bounds;
 use glam::DVec3;
-use planish_geometry::obj::Obj;
+use planish_geometry::source::obj::Obj;
 use planish_tests::quantities;
 use serde_json::Value;
 use std::path::{Path, PathBuf};

@@ -1,9 +1,9 @@
 //! The command line, the window, and pictures without a window bake the same files, and read from them what they baked.
 
 use planish_files::output::Folder;
-use planish_geometry::bundle::{Bundle, LayoutChoice};
+use planish_geometry::bake::{Bundle, LayoutChoice};
 use planish_geometry::denoise::NormalField;
-use planish_geometry::displacement::MapKind;
+use planish_geometry::map::displacement::MapKind;
 use planish_geometry::progress::Silent;
 use planish_viewer::app::document::{self, Origin};
 use planish_viewer::app::jobs::Wake;

@@ -1,16 +1,16 @@
 //! Meshes, and what must be true of a bundle made from one.
 
 use glam::{DVec2, DVec3, Vec3};
-use planish_geometry::apply::{self, Places, ShaderVertex};
-use planish_geometry::bundle::{self, Belongings, Bundle, Goal, Names, Settings};
+use planish_geometry::bake::{self, Belongings, Bundle, Goal, Names, Settings};
 use planish_geometry::denoise::{HeightField, NormalField};
-use planish_geometry::displacement::{Displacement, Place, Weights};
-use planish_geometry::manifest::{Layout, Manifest};
-use planish_geometry::model::Model;
-use planish_geometry::normals;
-use planish_geometry::obj::Obj;
+use planish_geometry::map::displace::{self, Places, ShaderVertex};
+use planish_geometry::map::displacement::{Displacement, Place, Weights};
+use planish_geometry::map::manifest::{Layout, Manifest};
+use planish_geometry::mesh::normals;
+use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Silent;
-use planish_geometry::weld::Welding;
+use planish_geometry::source::model::Model;
+use planish_geometry::source::obj::Obj;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -68,7 +68,7 @@ pub(crate) fn meshes_from_outside() -> PathBuf {
 
 pub(crate) fn bake(model: &Model, settings: &Settings) -> Bundle {
     let names = Names { source: "in.obj".to_owned(), stem: "out".to_owned(), carrier: "out.carrier".to_owned() };
-    bundle::bake(model, &names, Belongings::NONE, settings, &Silent).unwrap()
+    bake::bake(model, &names, Belongings::NONE, settings, &Silent).unwrap()
 }
 
 /// A bundle read back from its own files.
@@ -153,6 +153,6 @@ pub(crate) fn keeps_its_promises(model: &Model, settings: &Settings, bundle: &Bu
 pub(crate) fn sampled(read: &Read) -> impl Iterator<Item = f32> + '_ {
     let pairs = read.manifest.dominant_pairs();
     let places = Places::new(read.manifest.displacement.layout, &pairs);
-    let vertices = apply::carrier_vertices(read.carrier.data(), places, DVec3::ZERO);
+    let vertices = displace::carrier_vertices(read.carrier.data(), places, DVec3::ZERO);
     vertices.into_iter().filter_map(|v| v.place).map(|place| read.map.height_at(place, Weights::Exact))
 }

@@ -2,12 +2,12 @@
 
 use crate::support::{bake, model, obj_text};
 use glam::DVec2;
-use planish_geometry::bundle::{LayoutChoice, Settings};
-use planish_geometry::displacement::TexelFormat;
-use planish_geometry::model::Model;
-use planish_geometry::shapes;
-use planish_geometry::texture::Interpolation;
-use planish_geometry::weld::Welding;
+use planish_geometry::bake::{LayoutChoice, Settings};
+use planish_geometry::map::Interpolation;
+use planish_geometry::map::displacement::TexelFormat;
+use planish_geometry::mesh::shapes;
+use planish_geometry::mesh::weld::Welding;
+use planish_geometry::source::model::Model;
 
 /// A sphere whose triangles are charts of their own on a lattice: gutter everywhere, and each vertex on a seam.
 fn confetti() -> Model {

@@ -2,14 +2,14 @@
 
 use glam::DVec3;
 use planish_geometry::denoise::{Boundary, Denoiser, EdgeWeights, Laplacian};
-use planish_geometry::laplacian;
-use planish_geometry::model::Model;
-use planish_geometry::normals::{self, FaceWeight};
-use planish_geometry::obj::{Obj, ObjError};
+use planish_geometry::mesh::jagged::Index;
+use planish_geometry::mesh::laplacian;
+use planish_geometry::mesh::normals::{self, FaceWeight};
+use planish_geometry::mesh::topology::EdgeKind;
+use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Silent;
-use planish_geometry::ragged::Index;
-use planish_geometry::topology::EdgeKind;
-use planish_geometry::weld::Welding;
+use planish_geometry::source::model::Model;
+use planish_geometry::source::obj::{Obj, ObjError};
 use serde_json::{Value, json};
 
 fn vectors(of: &[DVec3]) -> Value {

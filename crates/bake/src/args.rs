@@ -9,15 +9,15 @@ pub(crate) use values::{MapArg, OrAuto, SpaceArg};
 
 use crate::method_table;
 use clap::{Args, Parser, Subcommand};
-use planish_geometry::bundle::LayoutChoice;
+use planish_geometry::bake::LayoutChoice;
 use planish_geometry::denoise::Denoiser;
 use planish_geometry::denoise::NormalField;
-use planish_geometry::displacement::FileFormat;
+use planish_geometry::map::displacement::FileFormat;
+use planish_geometry::map::normal_map::Convention;
+use planish_geometry::map::{Interpolation, Texels};
+use planish_geometry::mesh::synthetic_noise::Direction;
+use planish_geometry::mesh::weld::Welding;
 use planish_geometry::metrics::Heat;
-use planish_geometry::noise::Direction;
-use planish_geometry::texture::normal_map::Convention;
-use planish_geometry::texture::{Interpolation, Texels};
-use planish_geometry::weld::Welding;
 use std::path::PathBuf;
 use values::{
     above_zero, bits, finite, in_unit_interval, largest_side, named, named_or_auto, not_negative, setting, side,
@@ -162,7 +162,7 @@ pub(crate) struct BakeArgs {
     #[arg(long, value_name = "Q", default_value_t = 1.0, allow_negative_numbers = true, value_parser = tolerance, help_heading = "Map")]
     pub(crate) tolerance: f64,
     /// The largest size that --size auto may take
-    #[arg(long, value_name = "N", default_value_t = planish_geometry::texture::resolution::LARGEST_SIDE, allow_negative_numbers = true, value_parser = largest_side, help_heading = "Map")]
+    #[arg(long, value_name = "N", default_value_t = planish_geometry::map::map_size::LARGEST_SIDE, allow_negative_numbers = true, value_parser = largest_side, help_heading = "Map")]
     pub(crate) max_size: u32,
     /// Texels on a side, or auto: the smallest power of two at which each vertex gets its height
     #[arg(long, value_name = "auto|N", default_value = "auto", allow_negative_numbers = true, value_parser = side, help_heading = "Map")]

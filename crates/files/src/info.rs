@@ -3,14 +3,14 @@
 use crate::failure::Failure;
 use crate::input;
 use crate::words::count;
-use planish_geometry::atlas::{AtlasError, Charts};
-use planish_geometry::materials;
-use planish_geometry::model::{Defects, Model};
-use planish_geometry::obj::Obj;
+use planish_geometry::map::layout_issues::Findings;
+use planish_geometry::map::map_size::{self, Spacing};
+use planish_geometry::map::{Coverage, Size};
+use planish_geometry::mesh::atlas::{AtlasError, Charts};
 use planish_geometry::progress::Progress;
-use planish_geometry::texture::findings::Findings;
-use planish_geometry::texture::resolution::{self, Spacing};
-use planish_geometry::texture::{Coverage, Size};
+use planish_geometry::source::materials;
+use planish_geometry::source::model::{Defects, Model};
+use planish_geometry::source::obj::Obj;
 use serde::Serialize;
 use std::path::Path;
 
@@ -116,7 +116,7 @@ pub fn look(path: &Path, model: &Model, progress: &dyn Progress) -> Result<Info,
     let layout = match model.atlas() {
         Ok(atlas) => {
             let spacing = Spacing::new(&atlas);
-            let choice = spacing.choose(&resolution::sides(resolution::LARGEST_SIDE));
+            let choice = spacing.choose(&map_size::sides(map_size::LARGEST_SIDE));
             let coverage = Coverage::new(surface, &atlas, Size::square(PROBE), progress)?;
             let findings = Findings::of(surface, &atlas, &spacing, &coverage);
             notes.extend(findings.problems());

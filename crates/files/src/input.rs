@@ -2,12 +2,12 @@
 
 use crate::failure::Failure;
 use planish_geometry::denoise::limits::Mask;
-use planish_geometry::manifest::Manifest;
-use planish_geometry::model::Model;
-use planish_geometry::obj::Obj;
+use planish_geometry::map::manifest::Manifest;
+use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Progress;
 use planish_geometry::source::Source;
-use planish_geometry::weld::Welding;
+use planish_geometry::source::model::Model;
+use planish_geometry::source::obj::Obj;
 use std::path::{Path, PathBuf};
 
 /// Share of a mesh's size above which an explicit welding distance can only be a mistake.

@@ -2,7 +2,7 @@
 //! or not at all; the bake from a mesh on disk to files on disk, so that both write the same bytes; and how a program on
 //! a terminal shows progress, is interrupted and fails.
 
-pub mod bake;
+pub mod bake_files;
 pub mod failure;
 pub mod info;
 pub mod input;

@@ -2,9 +2,9 @@
 
 use crate::failure::Failure;
 use crate::input;
-use planish_geometry::apply::{self, MeshError, ShaderVertex};
-use planish_geometry::displacement::Displacement;
-use planish_geometry::manifest::Manifest;
+use planish_geometry::map::displace::{self, MeshError, ShaderVertex};
+use planish_geometry::map::displacement::Displacement;
+use planish_geometry::map::manifest::Manifest;
 use planish_geometry::source::Source;
 use std::path::{Path, PathBuf};
 
@@ -54,7 +54,7 @@ impl MapFiles {
     /// the one that was baked, or its carrier, byte for byte.
     pub fn vertices(&self, mesh: &Source, path: &Path) -> Result<Vec<ShaderVertex>, Failure> {
         let carrier = || input::obj(&self.carrier()).ok();
-        apply::baked_vertices(mesh, &self.manifest, &carrier).map_err(|e| self.explain(e, path))
+        displace::baked_vertices(mesh, &self.manifest, &carrier).map_err(|e| self.explain(e, path))
     }
 
     /// Says what is wrong with a mesh in the words of somebody who gave it together with the manifest.

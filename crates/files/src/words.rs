@@ -2,8 +2,8 @@
 
 use planish_geometry::denoise::NormalField;
 use planish_geometry::denoise::limits::Outcome;
-use planish_geometry::manifest::Report;
-use planish_geometry::model::NormalSource;
+use planish_geometry::map::manifest::Report;
+use planish_geometry::source::model::NormalSource;
 
 /// A length, area or volume with six digits that count, whatever the unit of the model.
 pub fn measure(x: f64) -> String {

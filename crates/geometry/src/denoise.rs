@@ -47,8 +47,8 @@ pub use taubin::Taubin;
 pub use tgv_normals::TgvNormals;
 pub use vertex_update::{FoldOvers, Motion, VertexScheme, VertexUpdate};
 
+use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};
-use crate::surface::Surface;
 use glam::DVec3;
 use method::DenoiseMethod;
 use serde::Serialize;

@@ -7,12 +7,12 @@
 //!
 //! ```
 //! use planish_geometry::denoise::{Denoiser, Laplacian};
-//! use planish_geometry::model::{Model, NormalSource};
-//! use planish_geometry::obj::Obj;
+//! use planish_geometry::source::model::{Model, NormalSource};
+//! use planish_geometry::source::obj::Obj;
 //! use planish_geometry::progress::Silent;
-//! use planish_geometry::texture::{self, Coverage, Interpolation, Size, TextureLayout};
-//! use planish_geometry::weld::Welding;
-//! use planish_geometry::normals;
+//! use planish_geometry::map::{self, Coverage, Interpolation, Size, TextureLayout};
+//! use planish_geometry::mesh::weld::Welding;
+//! use planish_geometry::mesh::normals;
 //!
 //! // A pyramid over a square: its tip is lifted by one.
 //! let text = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 1 1 1\n\
@@ -29,44 +29,22 @@
 //!
 //! let coverage = Coverage::new(surface, &atlas, Size::square(65), &Silent)?;
 //! let layout = TextureLayout { surface, atlas: &atlas, coverage: &coverage };
-//! let map = texture::bake(layout, &heights, Interpolation::Barycentric, &Silent)?;
+//! let map = map::bake(layout, &heights, Interpolation::Barycentric, &Silent)?;
 //! assert_eq!(map.texels[32 * 65 + 32], 1.0); // the texel in the middle
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`bundle::bake`] does all of this and gives the files that `planish bake` writes.
+//! [`bake::bake`] does all of this and gives the files that `planish bake` writes.
 //!
 //! Vertices are what connectivity speaks of, after welding ([`weld`]); a uv vertex is one texture coordinate, and a
 //! wedge a pair of both ([`atlas`]). Geometry is in f64; from the GPU border on ([`displacement`], [`apply`]) it is f32.
 //! The same input gives the same bits, whatever the number of threads.
 
-pub mod apply;
-pub mod atlas;
-pub mod bundle;
-pub mod colormap;
-pub mod coloured;
+pub mod bake;
 pub mod denoise;
-pub mod displacement;
-pub mod gltf;
-pub mod laplacian;
-pub mod manifest;
-pub mod materials;
+pub mod map;
+pub mod mesh;
 pub mod metrics;
-pub mod model;
 pub mod named;
-pub mod noise;
-pub mod normals;
-pub mod obj;
-pub mod polygon;
 pub mod progress;
-pub mod ragged;
-pub mod shapes;
 pub mod source;
-pub mod sparse;
-pub mod surface;
-pub mod texture;
-pub mod topology;
-mod union_find;
-#[cfg(feature = "unwrap")]
-pub mod unwrap;
-pub mod weld;

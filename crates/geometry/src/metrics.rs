@@ -4,6 +4,8 @@
 //! faces, distances are from the vertices of one mesh to the surface of the other, in mean edge lengths of the clean
 //! mesh, and Ev is the area-weighted L2 vertex error of Sun, Rosin, Martin, Langbein 2007.
 
+pub mod colormap;
+pub mod coloured_mesh;
 mod distance;
 mod heat;
 mod triangles;
@@ -11,7 +13,7 @@ mod triangles;
 pub use heat::{Heat, colours, heat};
 pub use triangles::Triangles;
 
-use crate::ragged::Index;
+use crate::mesh::jagged::Index;
 use distance::{Distances, TriangleTree};
 use glam::DVec3;
 use serde::Serialize;
@@ -237,8 +239,8 @@ pub fn percentile(sorted: &[f64], share: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::obj::Obj;
-    use crate::shapes;
+    use crate::mesh::shapes;
+    use crate::source::obj::Obj;
 
     #[test]
     fn a_mesh_is_at_no_distance_from_itself() {

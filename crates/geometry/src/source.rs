@@ -3,14 +3,17 @@
 //! All that reads a mesh reads [`MeshData`]. Only what gives the user's file back asks for the format.
 
 mod arrays;
-pub mod mesh;
+pub mod materials;
+mod mesh_data;
+pub mod model;
+pub mod obj;
 
 pub use arrays::{ArrayError, Arrays};
-pub use mesh::{Corner, MeshData};
+pub use mesh_data::{Corner, MeshData};
 
-use crate::obj::{self, Obj, ObjError};
-use crate::ragged::Index;
+use crate::mesh::jagged::Index;
 use glam::{DVec3, Vec2, Vec3};
+use obj::{Obj, ObjError};
 use std::borrow::Cow;
 
 /// A mesh as it was given.
@@ -95,7 +98,7 @@ impl Source {
     /// The mesh as the carrier of a displacement map, an OBJ file: positions (#v×3, model units), one unit normal for
     /// each source vertex (#v×3) that every corner names, and one material library. Where texture coordinates (#v×2)
     /// are given they take the place of those of the mesh, one for each source vertex too. Faces without a material
-    /// get [`CARRIER_MATERIAL`](crate::materials::CARRIER_MATERIAL).
+    /// get [`CARRIER_MATERIAL`](crate::source::materials::CARRIER_MATERIAL).
     ///
     /// # Panics
     /// If a list has not one element for each source vertex.

@@ -2,7 +2,7 @@
 
 use crate::scene::Scene;
 use crate::settings::{Normals, Range, Settings, Shading};
-use planish_geometry::colormap::Colormap;
+use planish_geometry::metrics::colormap::Colormap;
 
 /// Width of the lines of an overlay, pixels.
 pub(crate) const LINE_WIDTH: f32 = 1.2;

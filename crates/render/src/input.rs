@@ -4,14 +4,14 @@ use crate::mesh::{Mesh, Side, Triangle};
 use crate::relief::{Relief, Sense};
 use crate::scene::{Scene, SceneError};
 use glam::{DVec3, Vec3};
-use planish_geometry::apply::{self, ShaderVertex};
-use planish_geometry::atlas::Atlas;
-use planish_geometry::displacement::{Displacement, Place};
-use planish_geometry::model::Model;
-use planish_geometry::normals::{FaceWeight, vertex_normals};
-use planish_geometry::ragged::Index;
-use planish_geometry::texture::tangents::{self, Tangent};
-use planish_geometry::topology::EdgeKind;
+use planish_geometry::map::displace::{self, ShaderVertex};
+use planish_geometry::map::displacement::{Displacement, Place};
+use planish_geometry::map::tangents::{self, Tangent};
+use planish_geometry::mesh::atlas::Atlas;
+use planish_geometry::mesh::jagged::Index;
+use planish_geometry::mesh::normals::{FaceWeight, vertex_normals};
+use planish_geometry::mesh::topology::EdgeKind;
+use planish_geometry::source::model::Model;
 
 /// The scene of a model, with a number for each `v` line of its file where there are any.
 ///
@@ -62,11 +62,11 @@ pub fn scene(model: &Model, scalars: Option<&[f32]>) -> Result<Scene, SceneError
 
 /// What is subtracted from the coordinates of a model before they go to single precision, as maps have it.
 pub fn origin(model: &Model) -> DVec3 {
-    apply::origin(model.surface().bounds())
+    displace::origin(model.surface().bounds())
 }
 
 /// The map of a scene, whose vertices (one for each `v` line) displace it as
-/// [`baked_vertices`](apply::baked_vertices) has them.
+/// [`baked_vertices`](displace::baked_vertices) has them.
 pub fn relief(model: &Model, scene: &Scene, map: Displacement, lines: &[ShaderVertex]) -> Relief {
     Relief::new(scene.mesh(), map, at_vertices(model, lines), Sense::TakenOff)
 }
@@ -113,8 +113,8 @@ fn frames(model: &Model, atlas: &Atlas, normals: &[DVec3]) -> Vec<[Tangent; 3]> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use planish_geometry::obj::Obj;
-    use planish_geometry::weld::Welding;
+    use planish_geometry::mesh::weld::Welding;
+    use planish_geometry::source::obj::Obj;
 
     fn model(text: &str) -> Model {
         Model::new(Obj::parse(text.as_bytes().to_vec()).unwrap(), Welding::Exact)

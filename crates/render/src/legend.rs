@@ -5,7 +5,7 @@ use crate::draw_parameters::heat_range;
 use crate::scene::Scene;
 use crate::settings::{Range, Settings, Shading};
 use image::{Rgba, RgbaImage};
-use planish_geometry::colormap::Colormap;
+use planish_geometry::metrics::colormap::Colormap;
 
 /// Numbers beside the bar.
 const TICKS: u32 = 5;

@@ -1,7 +1,7 @@
 //! The triangle mesh of a scene, as plain arrays in single precision.
 
 use glam::{Vec2, Vec3};
-use planish_geometry::texture::tangents::Tangent;
+use planish_geometry::map::tangents::Tangent;
 
 /// Kind of a side of a triangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

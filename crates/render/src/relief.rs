@@ -3,9 +3,9 @@
 use crate::mesh::Mesh;
 use crate::settings::Displace;
 use glam::Vec3;
-use planish_geometry::apply::ShaderVertex;
-use planish_geometry::displacement::{Displacement, Encoding, MapKind, Place};
-use planish_geometry::ragged::Ragged;
+use planish_geometry::map::displace::ShaderVertex;
+use planish_geometry::map::displacement::{Displacement, Encoding, MapKind, Place};
+use planish_geometry::mesh::jagged::Ragged;
 use rayon::prelude::*;
 use std::borrow::Cow;
 

@@ -19,7 +19,7 @@ use crate::scene::Scene;
 use crate::settings::{Normals, Settings, Shading};
 use glam::{DVec2, Vec2, Vec3, Vec4, Vec4Swizzles};
 use image::RgbaImage;
-use planish_geometry::texture::tangents::Tangent;
+use planish_geometry::map::tangents::Tangent;
 use raster::{Grid, ScreenTriangle};
 use rayon::prelude::*;
 use shading::{Fragment, Shader};

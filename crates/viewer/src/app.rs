@@ -22,7 +22,7 @@ use document::{Document, Map, Origin};
 use history::History;
 use jobs::{Slot, Status, Wake};
 use measurement::{Clean, Measured};
-use planish_files::bake;
+use planish_files::bake_files;
 use planish_files::failure::Failure;
 use planish_files::output::Folder;
 use recipe::Recipe;
@@ -224,7 +224,7 @@ impl App {
             Some(Origin::Baked { folder, .. }) => Some(folder.clone()),
             // A map that was opened is baked again to where it is.
             Some(Origin::File(path)) => path.parent().map(Path::to_path_buf),
-            None => bake::folder_beside(&document.mesh).ok(),
+            None => bake_files::folder_beside(&document.mesh).ok(),
         }
     }
 

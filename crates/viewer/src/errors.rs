@@ -5,7 +5,7 @@ use crate::scene::Scene;
 use crate::settings::{Displace, Range};
 use glam::{DVec3, Vec3};
 use planish_geometry::metrics::{self, CompareError, Heat, Triangles};
-use planish_geometry::model::Model;
+use planish_geometry::source::model::Model;
 use std::borrow::Cow;
 
 /// The error of each vertex of a scene as it is displaced, degrees or mean edge lengths. #V, not a number at vertices without

@@ -9,19 +9,19 @@ use crate::scene::Scene;
 use crate::settings::{Settings, Shading};
 use crate::texture::{Content, Texture, Textures};
 use image::DynamicImage;
-use planish_files::bake::{self, Baked, Job};
+use planish_files::bake_files::{self, Baked, Job};
 use planish_files::failure::Failure;
 use planish_files::input;
 use planish_files::map_files::MapFiles;
-use planish_geometry::apply::{self, ShaderVertex};
-use planish_geometry::bundle::{self, Bundle};
-use planish_geometry::displacement::{Displacement, Encoding, MapKind, TexelFormat};
-use planish_geometry::manifest::{Manifest, NormalMapEntry};
-use planish_geometry::model::Model;
+use planish_geometry::bake::{self, Bundle};
+use planish_geometry::map::displace::{self, ShaderVertex};
+use planish_geometry::map::displacement::{Displacement, Encoding, MapKind, TexelFormat};
+use planish_geometry::map::manifest::{Manifest, NormalMapEntry};
+use planish_geometry::map::normal_map::Convention;
+use planish_geometry::map::{HeightMap, Size};
+use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Progress;
-use planish_geometry::texture::normal_map::Convention;
-use planish_geometry::texture::{HeightMap, Size};
-use planish_geometry::weld::Welding;
+use planish_geometry::source::model::Model;
 use std::path::{Path, PathBuf};
 
 /// What to show.
@@ -95,9 +95,9 @@ pub fn open(files: &Files, settings: &Settings, progress: &dyn Progress) -> Resu
         }
         (None, Some(map)) => Some(read_map(&mut scene, &model, &mesh, map)?),
         (None, None) if needs_map(settings) => {
-            let folder = bake::folder_beside(&mesh)?;
+            let folder = bake_files::folder_beside(&mesh)?;
             let job = Job { input: &mesh, model: &model, folder: &folder, spared: &[] };
-            let (map, files) = bake_map(&mut scene, &job, &bundle::Settings::default(), progress)?;
+            let (map, files) = bake_map(&mut scene, &job, &bake::Settings::default(), progress)?;
             baked = Some(files);
             Some(map)
         }
@@ -133,7 +133,7 @@ fn read_map(scene: &mut Scene, model: &Model, mesh: &Path, files: MapFiles) -> R
 pub fn bake_map(
     scene: &mut Scene,
     job: &Job,
-    settings: &bundle::Settings,
+    settings: &bake::Settings,
     progress: &dyn Progress,
 ) -> Result<(OpenedMap, Baked), Failure> {
     let baked = job.run(settings, progress)?;
@@ -149,7 +149,7 @@ fn attach(scene: &mut Scene, model: &Model, bundle: &Bundle) -> Result<Vec<Shade
     let entry = &manifest.displacement;
     let map = Displacement::decode(bytes(&entry.file), entry.map, entry.size(), entry.encoding());
     let map = map.map_err(|e| Failure::at(Path::new(&entry.file), e))?;
-    let vertices = apply::model_vertices(model, along, manifest);
+    let vertices = displace::model_vertices(model, along, manifest);
     scene.relief = Some(model_input::relief(model, scene, map, &vertices));
     let entry = manifest.normal_map.as_ref();
     scene.normal_map = entry.map(|e| normal_map(bytes(&e.file), e, Path::new(&e.file))).transpose()?;

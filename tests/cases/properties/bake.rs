@@ -3,12 +3,12 @@
 use super::{cases, finite};
 use crate::support::{bake, heights, keeps_its_promises, model, obj_text, sampled};
 use glam::{DVec2, DVec3};
-use planish_geometry::bundle::{Lambda, LayoutChoice, Settings};
+use planish_geometry::bake::{Lambda, LayoutChoice, Settings};
 use planish_geometry::denoise::{Denoiser, Laplacian, NormalField};
-use planish_geometry::displacement::{Encoding, TexelFormat};
-use planish_geometry::model::NormalSource;
-use planish_geometry::texture::{Interpolation, Texels};
-use planish_geometry::weld::Welding;
+use planish_geometry::map::displacement::{Encoding, TexelFormat};
+use planish_geometry::map::{Interpolation, Texels};
+use planish_geometry::mesh::weld::Welding;
+use planish_geometry::source::model::NormalSource;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;

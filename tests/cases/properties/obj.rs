@@ -4,11 +4,11 @@ use super::cases;
 use super::spelling::{Mesh, Spelled, position, spelled};
 use crate::support::{bake, model};
 use glam::{DVec2, DVec3, Vec3};
-use planish_geometry::bundle::{self, Belongings, Names, Settings};
-use planish_geometry::model::{Model, NormalSource};
-use planish_geometry::obj::Obj;
+use planish_geometry::bake::{self, Belongings, Names, Settings};
+use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Silent;
-use planish_geometry::weld::Welding;
+use planish_geometry::source::model::{Model, NormalSource};
+use planish_geometry::source::obj::Obj;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
@@ -195,7 +195,7 @@ proptest! {
             let names = Names { source: String::new(), stem: String::new(), carrier: String::new() };
             let settings = Settings { side: Some(8), ..Settings::default() };
             // Refusing is fine; panicking is not.
-            let _ = bundle::bake(&Model::new(obj, Welding::Exact), &names, Belongings::NONE, &settings, &Silent);
+            let _ = bake::bake(&Model::new(obj, Welding::Exact), &names, Belongings::NONE, &settings, &Silent);
         }
     }
 }

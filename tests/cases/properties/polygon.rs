@@ -2,7 +2,7 @@
 
 use super::{cases, coarse, finite};
 use glam::{DQuat, DVec3};
-use planish_geometry::polygon;
+use planish_geometry::mesh::polygon;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use std::f64::consts::TAU;

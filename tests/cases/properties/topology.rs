@@ -1,8 +1,8 @@
 //! Who touches whom, for any lists of indices.
 
 use super::cases;
-use planish_geometry::ragged::Ragged;
-use planish_geometry::topology::{self, EdgeKind, TidyFaces, Topology};
+use planish_geometry::mesh::jagged::Ragged;
+use planish_geometry::mesh::topology::{self, EdgeKind, TidyFaces, Topology};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use std::collections::BTreeSet;

@@ -3,8 +3,8 @@
 use super::{cases, coarse};
 use crate::support::{model, obj_text};
 use glam::DVec3;
-use planish_geometry::model::{Defects, Model};
-use planish_geometry::weld::{Weld, Welding};
+use planish_geometry::mesh::weld::{Weld, Welding};
+use planish_geometry::source::model::{Defects, Model};
 use proptest::collection::vec;
 use proptest::prelude::*;
 

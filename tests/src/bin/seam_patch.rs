@@ -2,13 +2,13 @@
 //! cracks show: an OBJ without shared vertices, and for each of them how far off it is, in hundredths of the range.
 
 use glam::{DVec3, Vec3};
-use planish_geometry::apply::{self, Places, ShaderVertex};
-use planish_geometry::bundle::Goal;
-use planish_geometry::displacement::{Displacement, Place};
-use planish_geometry::manifest::{Manifest, Method};
-use planish_geometry::model::Model;
-use planish_geometry::obj::Obj;
+use planish_geometry::bake::Goal;
+use planish_geometry::map::displace::{self, Places, ShaderVertex};
+use planish_geometry::map::displacement::{Displacement, Place};
+use planish_geometry::map::manifest::{Manifest, Method};
 use planish_geometry::progress::Silent;
+use planish_geometry::source::model::Model;
+use planish_geometry::source::obj::Obj;
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let map = Displacement::decode(&beside(&entry.file)?, entry.map, entry.size(), entry.encoding())?;
     let carrier = Obj::parse(beside(&manifest.carrier.obj)?)?;
     let carrier = carrier.data();
-    let vertices = apply::carrier_vertices(carrier, Places::new(entry.layout, &[]), entry.origin);
+    let vertices = displace::carrier_vertices(carrier, Places::new(entry.layout, &[]), entry.origin);
     let model = Model::new(Obj::parse(beside(&manifest.source.file)?)?, manifest.welding);
     let expected = model.weld().spread(&expected(&model, &manifest)?);
     let middle = *carrier.positions().get(centre.wrapping_sub(1)).ok_or(USAGE)?;

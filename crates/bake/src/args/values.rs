@@ -2,9 +2,9 @@
 
 use clap::ValueEnum;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use planish_geometry::manifest::LARGEST_SIDE;
+use planish_geometry::map::manifest::LARGEST_SIDE;
+use planish_geometry::mesh::weld::Welding;
 use planish_geometry::named::{Named, Word};
-use planish_geometry::weld::Welding;
 
 /// Words with their meanings, as the help lists them.
 pub(super) fn possible(words: &'static [Word]) -> Vec<PossibleValue> {

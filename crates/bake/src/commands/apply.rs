@@ -7,7 +7,7 @@ use crate::failure::Failure;
 use crate::input;
 use crate::output::Output;
 use planish_files::map_files::MapFiles;
-use planish_geometry::apply;
+use planish_geometry::map::displace;
 use planish_geometry::progress::Progress as _;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -34,7 +34,7 @@ pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
     console.stage("displacing");
     let vertices = files.vertices(&source, &mesh)?;
     let lambda = args.lambda.unwrap_or(entry.lambda);
-    let places = apply::displaced(&vertices, &map, lambda as f32, entry.origin);
+    let places = displace::displaced(&vertices, &map, lambda as f32, entry.origin);
     let moved = source.data().positions().iter().zip(&places).map(|(p, q)| p.distance(*q));
     let max_displacement = moved.fold(0.0, f64::max);
     console.stage("writing");

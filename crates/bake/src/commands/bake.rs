@@ -5,11 +5,11 @@ use crate::args::{BakeArgs, MapArg, SpaceArg};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::output::Folder;
-use planish_files::bake::{self, Job};
+use planish_files::bake_files::{self, Job};
 use planish_files::words;
-use planish_geometry::bundle::{self, Carriers, Lambda, LargestSide, LayoutChoice, Quanta, Settings};
-use planish_geometry::displacement::{FileFormat, MapKind, TexelFormat};
-use planish_geometry::manifest::UvSource;
+use planish_geometry::bake::{self, Carriers, Lambda, LargestSide, LayoutChoice, Quanta, Settings};
+use planish_geometry::map::displacement::{FileFormat, MapKind, TexelFormat};
+use planish_geometry::map::manifest::UvSource;
 use planish_geometry::progress::Progress as _;
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -21,7 +21,7 @@ struct Wrote<'a> {
     files: Vec<String>,
     size_reason: Option<String>,
     layout_reason: Option<String>,
-    manifest: &'a planish_geometry::manifest::Manifest,
+    manifest: &'a planish_geometry::map::manifest::Manifest,
 }
 
 pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
@@ -32,13 +32,13 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
         let reason = "--size does not go with --layout vertex, whose size follows from the number of vertices";
         return Err(Failure::Input(reason.to_owned()));
     }
-    if layout == LayoutChoice::Unwrap && !bundle::CAN_UNWRAP {
+    if layout == LayoutChoice::Unwrap && !bake::CAN_UNWRAP {
         let reason =
             "--layout unwrap is not in this planish; build it with: cargo install --path crates/bake --features unwrap";
         return Err(Failure::Input(reason.to_owned()));
     }
     let input = &args.input;
-    let default = || bake::default_folder(input);
+    let default = || bake_files::default_folder(input);
     let folder = args.output.clone().map_or_else(default, Ok)?;
     let model = super::model(input, args.welding.weld, console)?;
     let folder = Folder::open(&folder)?;

@@ -6,12 +6,12 @@ use crate::failure::Failure;
 use crate::input;
 use planish_files::map_files::MapFiles;
 use planish_files::{method, words};
-use planish_geometry::bundle::{self, Goal, WrittenFiles};
+use planish_geometry::bake::{self, Goal, WrittenFiles};
 use planish_geometry::denoise::Denoising;
-use planish_geometry::manifest::{self, Method, Report};
-use planish_geometry::model::Model;
+use planish_geometry::map::manifest::{self, Method, Report};
 use planish_geometry::progress::Progress as _;
 use planish_geometry::source::Source;
+use planish_geometry::source::model::Model;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -59,9 +59,9 @@ pub(crate) fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
     let image = files.image();
     let bytes = input::read(&image)?;
     let written = WrittenFiles { displacement: &bytes, carrier: carrier.data() };
-    let report = bundle::check(&model, manifest, &goal, written, console).map_err(|e| match e {
-        bundle::BakeError::Cancelled(_) => Failure::Interrupted,
-        bundle::BakeError::Decode(e) => Failure::at(&image, e),
+    let report = bake::check(&model, manifest, &goal, written, console).map_err(|e| match e {
+        bake::BakeError::Cancelled(_) => Failure::Interrupted,
+        bake::BakeError::Decode(e) => Failure::at(&image, e),
         e => Failure::at(&mesh, e),
     })?;
     let checked = Checked {

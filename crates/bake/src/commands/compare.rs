@@ -6,7 +6,7 @@ use crate::csv::{self, Csv};
 use crate::failure::Failure;
 use crate::input;
 use crate::output::{self, Output};
-use planish_geometry::coloured;
+use planish_geometry::metrics::coloured_mesh;
 use planish_geometry::metrics::{self, Comparison, Heat, Triangles};
 use planish_geometry::progress::Progress as _;
 use serde::Serialize;
@@ -128,9 +128,9 @@ fn paint(place: &Path, mesh: &Triangles, heat: &[f64], scale: &Scale) -> Vec<u8>
     let colours = metrics::colours(heat, scale.max);
     let comment = legend(scale);
     if place.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj")) {
-        coloured::obj(mesh, &colours, &comment)
+        coloured_mesh::obj(mesh, &colours, &comment)
     } else {
-        coloured::ply(mesh, &colours, heat, &comment)
+        coloured_mesh::ply(mesh, &colours, heat, &comment)
     }
 }
 

@@ -7,7 +7,7 @@ use crate::output::Output;
 use planish_files::{method, words};
 use planish_geometry::denoise::limits::Outcome;
 use planish_geometry::denoise::{Denoising, DenoisingError, Moved, NormalField, auto};
-use planish_geometry::manifest::HeightsLoss;
+use planish_geometry::map::manifest::HeightsLoss;
 use planish_geometry::progress::Progress as _;
 use serde::Serialize;
 use std::fmt::Write as _;

@@ -5,7 +5,7 @@ use crate::args::NoiseArgs;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::output::Output;
-use planish_geometry::noise::{self, Noise};
+use planish_geometry::mesh::synthetic_noise::{self, Noise};
 use planish_geometry::progress::Progress as _;
 use serde::Serialize;
 
@@ -26,7 +26,7 @@ pub(crate) fn run(args: &NoiseArgs, console: &Console) -> Result<(), Failure> {
     console.stage("noise");
     let share = args.impulsive.unwrap_or(1.0);
     let noise = Noise { sigma: args.sigma, direction: args.direction, share, seed: args.seed };
-    let displacements = noise::displacements(surface, &noise);
+    let displacements = synthetic_noise::displacements(surface, &noise);
     let places: Vec<_> = surface.positions().iter().zip(&displacements).map(|(p, d)| *p + *d).collect();
     console.stage("writing");
     let bytes = model.source().with_positions(&model.weld().spread(&places), None);

@@ -29,8 +29,8 @@ use super::noise_level::{self, Kind, NoiseEstimate, NoiseLevel};
 use super::parameters::Parameter;
 use super::vertex_update::MOTION;
 use super::{Boundary, Motion};
+use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};
-use crate::surface::Surface;
 use evaluate::{Evaluation, Mixture};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -262,20 +262,20 @@ mod tests {
     use super::*;
     use crate::denoise::face_geometry::FaceGeometry;
     use crate::denoise::triangle_mesh::TriangleMesh;
-    use crate::noise::{self, Noise};
+    use crate::mesh::jagged::Index;
+    use crate::mesh::shapes;
+    use crate::mesh::synthetic_noise::{self, Noise};
+    use crate::mesh::topology::Topology;
     use crate::progress::Silent;
-    use crate::ragged::Index;
-    use crate::shapes;
-    use crate::topology::Topology;
     use rustc_hash::FxHashMap;
 
     fn noisy(clean: &Surface, sigma: f64) -> Surface {
-        noisy_in(clean, sigma, noise::Direction::Normal)
+        noisy_in(clean, sigma, synthetic_noise::Direction::Normal)
     }
 
-    fn noisy_in(clean: &Surface, sigma: f64, direction: noise::Direction) -> Surface {
+    fn noisy_in(clean: &Surface, sigma: f64, direction: synthetic_noise::Direction) -> Surface {
         let noise = Noise { sigma, direction, share: 1.0, seed: 3 };
-        noise::noisy(clean, &noise)
+        synthetic_noise::noisy(clean, &noise)
     }
 
     /// Mean angle between the normals of two surfaces, degrees.
@@ -310,7 +310,7 @@ mod tests {
             let result = noisy.moved_by(&deltas);
             (off(&clean, &result), choice)
         };
-        let along = noisy_in(&clean, 0.2, noise::Direction::Normal);
+        let along = noisy_in(&clean, 0.2, synthetic_noise::Direction::Normal);
         let (held, choice) = left(&along, None);
         assert!(
             choice.tangential_sigma < 0.5 * choice.sigma && choice.measured.tangential_stiffness(choice.kind) > 3.0,
@@ -320,7 +320,7 @@ mod tests {
         let (free, _) = left(&along, Some(0.2));
         assert!(held < 0.97 * free, "{held} {free}");
         // Of that much in all directions a third of the square goes along the normals.
-        let (_, choice) = left(&noisy_in(&clean, 0.3, noise::Direction::Random), None);
+        let (_, choice) = left(&noisy_in(&clean, 0.3, synthetic_noise::Direction::Random), None);
         assert!(
             choice.tangential_sigma > 0.9 * choice.measured.fine
                 && choice.measured.tangential_stiffness(choice.kind) < 0.3,

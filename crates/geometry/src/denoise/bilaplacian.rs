@@ -9,11 +9,11 @@
 
 use super::Boundary;
 use super::conjugate_gradients::{CHUNK, ConjugateGradients, Stop, multiply};
+use crate::mesh::csr::Csr;
+use crate::mesh::jagged::Index;
+use crate::mesh::surface::Surface;
+use crate::mesh::topology::EdgeKind;
 use crate::progress::{Cancelled, Progress};
-use crate::ragged::Index;
-use crate::sparse::Csr;
-use crate::surface::Surface;
-use crate::topology::EdgeKind;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -129,8 +129,8 @@ impl BoundaryConstraint {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::shapes;
     use crate::progress::Silent;
-    use crate::shapes;
 
     #[test]
     fn a_solution_of_the_smoothing_solves_it() {

@@ -11,10 +11,10 @@ use super::laplacian::BOUNDARY;
 use super::method::{DenoiseMethod, MethodInfo, Reference};
 use super::parameters::Parameter;
 use super::triangle_mesh::flood_fill;
-use crate::normals::{self, FaceWeight};
+use crate::mesh::jagged::Index;
+use crate::mesh::normals::{self, FaceWeight};
+use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};
-use crate::ragged::Index;
-use crate::surface::Surface;
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -118,9 +118,9 @@ fn lift(surface: &Surface, vertex: Index, normal: DVec3, list: &mut Vec<Index>) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::noise::{self, Direction, Noise};
+    use crate::mesh::shapes;
+    use crate::mesh::synthetic_noise::{self, Direction, Noise};
     use crate::progress::Silent;
-    use crate::shapes;
 
     #[test]
     fn a_step_goes_along_the_normal() {
@@ -139,8 +139,8 @@ mod tests {
     fn noise_on_a_plane_goes_down() {
         let grid = shapes::grid(20);
         let noise = Noise { sigma: 0.1, direction: Direction::Normal, share: 1.0, seed: 5 };
-        let lifted = noise::displacements(&grid, &noise);
-        let noisy = noise::noisy(&grid, &noise);
+        let lifted = synthetic_noise::displacements(&grid, &noise);
+        let noisy = synthetic_noise::noisy(&grid, &noise);
         let deltas = deltas(&noisy, &Bilateral { boundary: Boundary::Free, ..Bilateral::default() }, &Silent).unwrap();
         let squares = |heights: &dyn Fn(usize) -> f64| (0..deltas.len()).map(|v| heights(v).powi(2)).sum::<f64>();
         let (before, after) = (squares(&|v| lifted[v].z), squares(&|v| lifted[v].z - deltas[v].z));

@@ -2,8 +2,8 @@
 
 use super::bilaplacian::Umbrella;
 use super::triangle_mesh::TriangleMesh;
-use crate::ragged::{Index, Ragged};
-use crate::surface::Surface;
+use crate::mesh::jagged::{Index, Ragged};
+use crate::mesh::surface::Surface;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -86,7 +86,7 @@ fn doubled_area(triangle: &[Index; 3], positions: &[DVec3]) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shapes;
+    use crate::mesh::shapes;
 
     #[test]
     fn folds_of_the_surface_stay_in_light_noise_and_go_in_heavy_noise() {

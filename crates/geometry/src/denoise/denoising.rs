@@ -3,11 +3,11 @@
 use super::limits::{Bounds, Limits, LimitsError, Outcome};
 use super::normal_field::{self, HeightDirections, NormalField};
 use super::{Denoiser, HeightField, Motion, auto};
-use crate::model::NormalSource;
-use crate::normals::{self, FaceWeight};
+use crate::mesh::normals::{self, FaceWeight};
+use crate::mesh::surface::Surface;
+use crate::mesh::weld::Weld;
 use crate::progress::{Cancelled, Progress};
-use crate::surface::Surface;
-use crate::weld::Weld;
+use crate::source::model::NormalSource;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 

@@ -1,7 +1,7 @@
 //! Normals, areas and centroids of triangles, and a filter of the normals.
 
 use super::triangle_mesh::TriangleMesh;
-use crate::ragged::{Index, Ragged};
+use crate::mesh::jagged::{Index, Ragged};
 use glam::DVec3;
 use rayon::prelude::*;
 

@@ -11,10 +11,10 @@ use super::Boundary;
 use super::laplacian::BOUNDARY;
 use super::method::{DenoiseMethod, MethodInfo, Reference};
 use super::parameters::Parameter;
-use crate::laplacian;
+use crate::mesh::jagged::Index;
+use crate::mesh::laplacian;
+use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};
-use crate::ragged::Index;
-use crate::surface::Surface;
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -108,8 +108,8 @@ mod tests {
     use super::*;
     use crate::denoise::Laplacian;
     use crate::denoise::laplacian as plain;
+    use crate::mesh::shapes;
     use crate::progress::Silent;
-    use crate::shapes;
 
     #[test]
     fn it_shrinks_a_sphere_far_less_than_the_plain_step() {

@@ -17,10 +17,10 @@ use super::limits::{Bounds, Outcome};
 use super::triangle_mesh::TriangleMesh;
 use super::vertex_update::least_squares::{MAX_HALVINGS, System};
 use super::vertex_update::undo_flips;
-use crate::model::NormalSource;
-use crate::normals::{self, FaceWeight};
+use crate::mesh::normals::{self, FaceWeight};
+use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};
-use crate::surface::Surface;
+use crate::source::model::NormalSource;
 use glam::{DVec3, Vec3};
 
 /// Heights along one normal for each vertex.
@@ -214,15 +214,15 @@ impl<'a> TargetSurface<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::noise::{self, Direction, Noise};
+    use crate::mesh::shapes;
+    use crate::mesh::synthetic_noise::{self, Direction, Noise};
     use crate::progress::Silent;
-    use crate::shapes;
 
     /// A noisy sphere, and the displacements to the clean one.
     fn noisy(direction: Direction) -> (Surface, Vec<DVec3>) {
         let sphere = shapes::sphere(4);
         let noise = Noise { sigma: 0.2, direction, share: 1.0, seed: 3 };
-        (noise::noisy(&sphere, &noise), noise::displacements(&sphere, &noise))
+        (synthetic_noise::noisy(&sphere, &noise), synthetic_noise::displacements(&sphere, &noise))
     }
 
     #[test]

@@ -13,12 +13,12 @@ use super::laplacian::{BOUNDARY, WEIGHTS};
 use super::method::{DenoiseMethod, MethodInfo, Reference};
 use super::parameters::{HUGE, Parameter};
 use super::{Boundary, EdgeWeights};
-use crate::laplacian;
+use crate::mesh::csr::Csr;
+use crate::mesh::jagged::Index;
+use crate::mesh::laplacian;
+use crate::mesh::surface::Surface;
 use crate::named;
 use crate::progress::{Cancelled, Progress};
-use crate::ragged::Index;
-use crate::sparse::Csr;
-use crate::surface::Surface;
 use faer::Side;
 use faer::linalg::solvers::Solve as _;
 use faer::sparse::{SparseColMat, Triplet};
@@ -190,8 +190,8 @@ fn backsolve(factor: &Factor, right: &[DVec3]) -> Vec<DVec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::shapes;
     use crate::progress::Silent;
-    use crate::shapes;
 
     #[test]
     fn both_solvers_find_the_same_surface() {

@@ -16,9 +16,9 @@ use super::laplacian::BOUNDARY;
 use super::method::{DenoiseMethod, MethodInfo, Reference};
 use super::parameters::{HUGE, Parameter, TINY};
 use super::triangle_mesh::TriangleMesh;
+use crate::mesh::jagged::{Index, Ragged};
+use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};
-use crate::ragged::{Index, Ragged};
-use crate::surface::Surface;
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -314,7 +314,7 @@ impl Matrix {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shapes;
+    use crate::mesh::shapes;
 
     #[test]
     fn the_operator_vanishes_on_a_plane_and_not_at_a_bend() {

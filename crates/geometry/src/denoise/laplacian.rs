@@ -8,12 +8,12 @@
 
 use super::method::{DenoiseMethod, MethodInfo, Reference};
 use super::parameters::Parameter;
-use crate::laplacian;
+use crate::mesh::csr::Csr;
+use crate::mesh::jagged::Index;
+use crate::mesh::laplacian;
+use crate::mesh::surface::Surface;
 use crate::named;
 use crate::progress::{Cancelled, Progress};
-use crate::ragged::Index;
-use crate::sparse::Csr;
-use crate::surface::Surface;
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -165,8 +165,8 @@ impl<'a> Smoother<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::shapes;
     use crate::progress::Silent;
-    use crate::shapes;
 
     #[test]
     fn one_full_step_ends_at_the_mean_of_the_neighbours() {

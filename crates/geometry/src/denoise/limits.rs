@@ -8,12 +8,12 @@ mod volume;
 
 pub use mask::{Mask, MaskError};
 
+use crate::mesh::jagged::Index;
+use crate::mesh::surface::Surface;
+use crate::mesh::topology::Topology;
+use crate::mesh::weld::Weld;
 use crate::named;
 use crate::progress::{Cancelled, Progress};
-use crate::ragged::Index;
-use crate::surface::Surface;
-use crate::topology::Topology;
-use crate::weld::Weld;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -200,9 +200,9 @@ impl Bounds {
 mod tests {
     use super::*;
     use crate::denoise::{Denoiser, Denoising, DenoisingError, Laplacian, Moved};
+    use crate::mesh::shapes;
+    use crate::mesh::weld::Welding;
     use crate::progress::Silent;
-    use crate::shapes;
-    use crate::weld::Welding;
 
     fn on(limits: &Limits, surface: &Surface) -> Result<Bounds, LimitsError> {
         limits.on(surface, &Weld::new(surface.positions(), Welding::None))

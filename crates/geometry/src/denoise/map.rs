@@ -41,10 +41,10 @@ use super::noise_level::{self, NoiseEstimate};
 use super::parameters::{HUGE, Parameter, Preset, TINY};
 use super::vertex_update::MOTION;
 use super::{Boundary, Motion};
+use crate::mesh::surface::Surface;
 use crate::named;
 use crate::named::Named;
 use crate::progress::{Cancelled, Progress};
-use crate::surface::Surface;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 

@@ -2,8 +2,8 @@
 
 use super::parameters::Parameter;
 use super::{Motion, auto};
+use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};
-use crate::surface::Surface;
 use glam::DVec3;
 use serde::Serialize;
 use serde::de::DeserializeOwned;

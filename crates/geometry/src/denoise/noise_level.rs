@@ -7,10 +7,10 @@
 
 use super::bilaplacian::BoundaryConstraint;
 use super::connectivity::Connectivity;
+use crate::mesh::jagged::Index;
+use crate::mesh::surface::Surface;
 use crate::named;
 use crate::progress::{Cancelled, Progress};
-use crate::ragged::Index;
-use crate::surface::Surface;
 use glam::DVec3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -2,11 +2,11 @@
 
 #[cfg(doc)]
 use super::HeightField;
-use crate::model::{Model, NoFileNormals, NormalSource};
+use crate::mesh::normals::{self, FaceWeight};
+use crate::mesh::surface::Surface;
 use crate::named;
 use crate::named::Named;
-use crate::normals::{self, FaceWeight};
-use crate::surface::Surface;
+use crate::source::model::{Model, NoFileNormals, NormalSource};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 

@@ -12,8 +12,8 @@ use super::parameters::Parameter;
 use super::triangle_mesh::{TriangleMesh, build_lists};
 use super::vertex_update::{self, Updater, VertexUpdate};
 use super::{Boundary, Motion};
+use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};
-use crate::surface::Surface;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 

@@ -9,8 +9,8 @@ use super::laplacian::{BOUNDARY, STEP, Smoother, WEIGHTS};
 use super::method::{DenoiseMethod, MethodInfo, Reference};
 use super::parameters::Parameter;
 use super::{Boundary, EdgeWeights};
+use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};
-use crate::surface::Surface;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -82,8 +82,8 @@ pub(super) fn deltas(surface: &Surface, settings: &Taubin, progress: &dyn Progre
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::shapes;
     use crate::progress::Silent;
-    use crate::shapes;
 
     #[test]
     fn a_sphere_keeps_its_volume_where_the_plain_step_shrinks_it() {

@@ -2,14 +2,14 @@
 
 use super::limits::{Limits, Outcome, Volume};
 use super::*;
-use crate::model::NormalSource;
-use crate::noise::{self, Noise};
-use crate::normals::{self, FaceWeight};
+use crate::mesh::jagged::Index;
+use crate::mesh::normals::{self, FaceWeight};
+use crate::mesh::shapes;
+use crate::mesh::synthetic_noise::{self, Noise};
+use crate::mesh::topology::Topology;
+use crate::mesh::weld::{Weld, Welding};
 use crate::progress::Silent;
-use crate::ragged::Index;
-use crate::shapes;
-use crate::topology::Topology;
-use crate::weld::{Weld, Welding};
+use crate::source::model::NormalSource;
 use glam::DQuat;
 
 /// Some of each; a new method is added here and nowhere else.
@@ -117,8 +117,8 @@ fn families() -> [Surface; 4] {
         grid.at(lifted.collect())
     };
     let sphere = shapes::sphere(2);
-    let noise = Noise { sigma: 0.2, direction: noise::Direction::Normal, share: 1.0, seed: 1 };
-    let lifted = noise::displacements(&sphere, &noise);
+    let noise = Noise { sigma: 0.2, direction: synthetic_noise::Direction::Normal, share: 1.0, seed: 1 };
+    let lifted = synthetic_noise::displacements(&sphere, &noise);
     let noisy = sphere.at(sphere.positions().iter().zip(lifted).map(|(p, d)| *p + d).collect());
     [shapes::dented_sphere(2), bumpy(shapes::grid(8)), shapes::cube(), noisy]
 }

@@ -18,9 +18,9 @@ use super::parameters::{HUGE, Parameter, TINY};
 use super::triangle_mesh::TriangleMesh;
 use super::vertex_update::{self, Updater, VertexUpdate};
 use super::{Boundary, Motion};
+use crate::mesh::jagged::{Index, Ragged};
+use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};
-use crate::ragged::{Index, Ragged};
-use crate::surface::Surface;
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -323,7 +323,7 @@ impl Operators {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shapes;
+    use crate::mesh::shapes;
 
     #[test]
     fn second_differences_of_a_gradient_look_at_three_faces() {

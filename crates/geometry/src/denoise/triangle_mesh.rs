@@ -1,8 +1,8 @@
 //! Triangles of a surface and who is next to whom, as filters of face normals need it.
 
-use crate::ragged::{Index, Ragged};
-use crate::surface::Surface;
-use crate::topology::{EdgeKind, Topology};
+use crate::mesh::jagged::{Index, Ragged};
+use crate::mesh::surface::Surface;
+use crate::mesh::topology::{EdgeKind, Topology};
 use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
@@ -144,7 +144,7 @@ pub(super) fn flood_fill<'a>(
 mod tests {
     use super::*;
     use crate::denoise::face_geometry::FaceGeometry;
-    use crate::shapes;
+    use crate::mesh::shapes;
 
     #[test]
     fn polygons_count_as_their_triangles() {

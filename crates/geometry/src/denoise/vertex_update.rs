@@ -15,10 +15,10 @@ use super::Boundary;
 use super::laplacian::BOUNDARY;
 use super::parameters::{HUGE, Parameter};
 use super::triangle_mesh::TriangleMesh;
+use crate::mesh::jagged::Index;
+use crate::mesh::surface::Surface;
 use crate::named;
 use crate::progress::{Cancelled, Progress};
-use crate::ragged::Index;
-use crate::surface::Surface;
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -254,9 +254,9 @@ pub(super) fn undo_flips(mesh: &TriangleMesh, normals: &[DVec3], from: &[DVec3],
 mod tests {
     use super::*;
     use crate::denoise::face_geometry::FaceGeometry;
-    use crate::noise::{self, Noise};
+    use crate::mesh::shapes;
+    use crate::mesh::synthetic_noise::{self, Noise};
     use crate::progress::Silent;
-    use crate::shapes;
 
     const SETTINGS: VertexUpdate = VertexUpdate {
         scheme: VertexScheme::Descent,
@@ -270,8 +270,8 @@ mod tests {
     /// A sphere, the same with noise, and its faces.
     fn noisy(sigma: f64) -> (Surface, Surface, TriangleMesh) {
         let sphere = shapes::sphere(3);
-        let noise = Noise { sigma, direction: noise::Direction::Normal, share: 1.0, seed: 3 };
-        let noisy = noise::noisy(&sphere, &noise);
+        let noise = Noise { sigma, direction: synthetic_noise::Direction::Normal, share: 1.0, seed: 3 };
+        let noisy = synthetic_noise::noisy(&sphere, &noise);
         let mesh = TriangleMesh::of(&sphere);
         (sphere, noisy, mesh)
     }

@@ -1,6 +1,6 @@
 //! Distances from points to a surface.
 
-use crate::ragged::Index;
+use crate::mesh::jagged::Index;
 use glam::DVec3;
 use rayon::prelude::*;
 use rstar::{AABB, PointDistance, RTree, RTreeObject};

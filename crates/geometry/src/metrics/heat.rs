@@ -2,7 +2,7 @@
 
 use super::triangles::{Edges, Shapes};
 use super::{CompareError, Triangles};
-use crate::colormap::Colormap;
+use crate::metrics::colormap::Colormap;
 use crate::named;
 
 named! {
@@ -55,7 +55,7 @@ pub fn colours(heat: &[f64], top: f64) -> Vec<[u8; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shapes;
+    use crate::mesh::shapes;
 
     #[test]
     fn one_lifted_vertex_is_the_hottest_and_only_its_ring_is_warm() {

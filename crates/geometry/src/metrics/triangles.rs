@@ -2,8 +2,8 @@
 
 use super::CompareError;
 use super::distance::{Distances, TriangleTree};
-use crate::polygon;
-use crate::ragged::{Index, Ragged};
+use crate::mesh::jagged::{Index, Ragged};
+use crate::mesh::polygon;
 use crate::source::MeshData;
 use glam::DVec3;
 use std::sync::OnceLock;
@@ -39,7 +39,7 @@ impl From<&MeshData> for Triangles {
 
 impl Triangles {
     #[cfg(test)]
-    pub(super) fn of(surface: &crate::surface::Surface) -> Self {
+    pub(super) fn of(surface: &crate::mesh::surface::Surface) -> Self {
         let (positions, triangles) = (surface.positions().to_vec(), surface.triangles().collect());
         Self { positions, triangles, polygons: None, tree: OnceLock::new() }
     }

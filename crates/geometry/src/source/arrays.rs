@@ -1,15 +1,15 @@
 //! Arrays as a source: a mesh that some program holds in memory and no file has.
 
-use super::mesh::{Corner, MaterialRun, MeshData};
-use crate::ragged::{Index, Ragged};
+use super::mesh_data::{Corner, MaterialRun, MeshData};
+use crate::mesh::jagged::{Index, Ragged};
 use glam::{DVec2, DVec3};
 
 /// Arrays of a mesh, to be checked by [`MeshData::try_from`]. Empty arrays stand for what a mesh does not have.
 ///
 /// ```
-/// use planish_geometry::model::Model;
+/// use planish_geometry::source::model::Model;
 /// use planish_geometry::source::{Arrays, MeshData};
-/// use planish_geometry::weld::Welding;
+/// use planish_geometry::mesh::weld::Welding;
 ///
 /// let arrays = Arrays {
 ///     positions: vec![[0.0, 0.0, 0.0].into(), [1.0, 0.0, 0.0].into(), [0.0, 1.0, 0.0].into()],

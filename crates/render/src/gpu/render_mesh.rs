@@ -4,8 +4,8 @@ use crate::gpu::types::{Extra, Vertex, Wedge};
 use crate::mesh::Side;
 use crate::scene::Scene;
 use glam::{Vec2, Vec4};
-use planish_geometry::displacement::Place;
-use planish_geometry::texture::tangents::Tangent;
+use planish_geometry::map::displacement::Place;
+use planish_geometry::map::tangents::Tangent;
 use std::ops::Range;
 
 /// Bits of a corner that hold its wedge; above them two for the side and one for the texture. `WEDGE_BITS` in `shaders/surface.wgsl`.

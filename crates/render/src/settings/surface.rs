@@ -2,7 +2,7 @@
 
 use super::rules::{SettingsError, named, require};
 use crate::colour::Colour;
-use planish_geometry::colormap::Colormap;
+use planish_geometry::metrics::colormap::Colormap;
 use serde::{Deserialize, Serialize};
 
 named! {

@@ -17,9 +17,9 @@ use crate::scene::Scene;
 use crate::settings::ground::Show;
 use crate::settings::{Overlay, Range, Sampling, Settings, Shading};
 use glam::{Mat3, Vec2, Vec3, Vec4};
-use planish_geometry::colormap::Colormap;
-use planish_geometry::displacement::{Place, Weights};
-use planish_geometry::texture::tangents::Tangent;
+use planish_geometry::map::displacement::{Place, Weights};
+use planish_geometry::map::tangents::Tangent;
+use planish_geometry::metrics::colormap::Colormap;
 
 /// What the rasteriser knows about the surface at one sample.
 #[derive(Clone, Copy, Debug)]

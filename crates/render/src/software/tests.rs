@@ -7,7 +7,7 @@ use crate::settings::camera::{Camera, Projection};
 use crate::settings::lights::{Ambient, Light};
 use crate::settings::{Background, Checker, Heat, Range, Size};
 use image::Rgba;
-use planish_geometry::colormap::Colormap;
+use planish_geometry::metrics::colormap::Colormap;
 
 /// Triangles over shared positions, lit with `normals` (one per position).
 fn scene(positions: Vec<Vec3>, normals: Vec<Vec3>, uvs: Vec<Vec2>, triangles: &[[u32; 3]]) -> Scene {

@@ -3,10 +3,10 @@
 use crate::support::{no_complaints, renderer};
 use glam::{Mat4, Vec2, Vec3};
 use image::RgbaImage;
-use planish_geometry::apply::ShaderVertex;
-use planish_geometry::displacement::{Displacement, Encoding, MapKind, Place, TexelFormat};
-use planish_geometry::texture::tangents::Tangent;
-use planish_geometry::texture::{HeightMap, Size as MapSize};
+use planish_geometry::map::displace::ShaderVertex;
+use planish_geometry::map::displacement::{Displacement, Encoding, MapKind, Place, TexelFormat};
+use planish_geometry::map::tangents::Tangent;
+use planish_geometry::map::{HeightMap, Size as MapSize};
 use planish_render::colour::Colour;
 use planish_render::environment::Environment;
 use planish_render::environment::cube::CubeMap;

@@ -1,8 +1,8 @@
 //! Displaced positions on the GPU are those of `apply`.
 
 use crate::support::{Baked, baked, no_complaints, quick, renderer, repository};
-use planish_geometry::bundle::{LayoutChoice, Settings};
-use planish_geometry::displacement::MapKind;
+use planish_geometry::bake::{LayoutChoice, Settings};
+use planish_geometry::map::displacement::MapKind;
 use planish_render::gpu::Backend;
 use planish_render::gpu::renderer::Renderer;
 use planish_render::settings::Displace;
@@ -74,8 +74,7 @@ fn every_external_mesh() {
     let renderer = renderer(Backend::Vulkan);
     for mesh in meshes {
         let name = mesh.file_name().unwrap().to_string_lossy().into_owned();
-        let settings =
-            |layout| Settings { layout, largest_side: planish_geometry::bundle::LargestSide(512), ..quick() };
+        let settings = |layout| Settings { layout, largest_side: planish_geometry::bake::LargestSide(512), ..quick() };
         agree(&renderer, &baked(&mesh, &settings(LayoutChoice::Auto)), &name);
     }
 }

@@ -1,13 +1,13 @@
 //! Adapters, scenes and pictures.
 
 use image::RgbaImage;
-use planish_geometry::apply::{self, ShaderVertex};
-use planish_geometry::bundle::{self, Belongings, Bundle, Names};
-use planish_geometry::displacement::Displacement;
-use planish_geometry::model::Model;
-use planish_geometry::obj::Obj;
+use planish_geometry::bake::{self, Belongings, Bundle, Names};
+use planish_geometry::map::displace::{self, ShaderVertex};
+use planish_geometry::map::displacement::Displacement;
+use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Silent;
-use planish_geometry::weld::Welding;
+use planish_geometry::source::model::Model;
+use planish_geometry::source::obj::Obj;
 use planish_render::gpu::renderer::Renderer;
 use planish_render::gpu::{Backend, Gpu};
 use planish_render::input;
@@ -63,10 +63,10 @@ pub(crate) struct Baked {
     pub(crate) map: Displacement,
 }
 
-pub(crate) fn baked(path: &Path, settings: &bundle::Settings) -> Baked {
+pub(crate) fn baked(path: &Path, settings: &bake::Settings) -> Baked {
     let model = model(path);
     let names = Names { source: "in.obj".into(), stem: "in".into(), carrier: "in".into() };
-    let bundle = bundle::bake(&model, &names, Belongings::NONE, settings, &Silent).unwrap();
+    let bundle = bake::bake(&model, &names, Belongings::NONE, settings, &Silent).unwrap();
     let entry = &bundle.manifest.displacement;
     let map = Displacement::decode(bytes(&bundle, &entry.file), entry.map, entry.size(), entry.encoding()).unwrap();
     Baked { model, bundle, map }
@@ -80,7 +80,7 @@ impl Baked {
     /// The vertices of the map, one for each line.
     pub(crate) fn lines(&self) -> Vec<ShaderVertex> {
         let carrier = || Obj::parse(bytes(&self.bundle, &self.bundle.manifest.carrier.obj).to_vec()).ok();
-        apply::baked_vertices(self.model.source(), &self.bundle.manifest, &carrier).unwrap()
+        displace::baked_vertices(self.model.source(), &self.bundle.manifest, &carrier).unwrap()
     }
 
     /// The scene, with a texture, the normal map and a number for each line.
@@ -101,16 +101,16 @@ impl Baked {
 /// The duck of `data/`, baked as quickly as it goes.
 pub(crate) fn duck() -> Scene {
     static DUCK: LazyLock<Scene> = LazyLock::new(|| {
-        let settings = bundle::Settings { side: Some(512), ..quick() };
+        let settings = bake::Settings { side: Some(512), ..quick() };
         baked(&repository().join("data/duck_noisy.obj"), &settings).scene()
     });
     DUCK.clone()
 }
 
 /// The map does not matter here, and some methods take their time.
-pub(crate) fn quick() -> bundle::Settings {
+pub(crate) fn quick() -> bake::Settings {
     use planish_geometry::denoise::{Denoiser, Laplacian};
-    bundle::Settings { goal: Denoiser::Laplacian(Laplacian::default()).into(), ..<_>::default() }
+    bake::Settings { goal: Denoiser::Laplacian(Laplacian::default()).into(), ..<_>::default() }
 }
 
 /// Colours that tell u from v, with fine and coarse detail.

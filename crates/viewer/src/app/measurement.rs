@@ -3,7 +3,7 @@
 use super::document::{Document, Map};
 use planish_files::failure::Failure;
 use planish_files::input;
-use planish_geometry::apply;
+use planish_geometry::map::displace;
 use planish_geometry::metrics::{self, Comparison, Triangles};
 use planish_geometry::progress::Progress;
 use std::path::{Path, PathBuf};
@@ -79,7 +79,7 @@ pub fn measure(
     let displaced = match map.and_then(|(map, lambda)| Some((map, map.displacement()?, lambda))) {
         Some((map, displacement, lambda)) => {
             let origin = map.manifest.displacement.origin;
-            let positions = apply::displaced(&map.vertices, displacement, lambda, origin);
+            let positions = displace::displaced(&map.vertices, displacement, lambda, origin);
             progress.check()?;
             Some((lambda, clean.compare(&noisy.triangles.at(positions))?))
         }

@@ -1,16 +1,16 @@
 //! What is baked, as the window chooses it, and the command line that does the same.
 
-use planish_files::bake::{self, Job};
+use planish_files::bake_files::{self, Job};
 use planish_files::failure::Failure;
 use planish_files::input;
-use planish_geometry::bundle::{Carriers, Goal, Lambda, LargestSide, LayoutChoice, Quanta, Settings};
+use planish_geometry::bake::{Carriers, Goal, Lambda, LargestSide, LayoutChoice, Quanta, Settings};
 use planish_geometry::denoise::limits::{Limits, Mask, Volume};
 use planish_geometry::denoise::{Denoiser, Denoising, NormalField};
-use planish_geometry::displacement::{MapKind, TexelFormat};
-use planish_geometry::manifest::{Layout, Manifest, Method, UvSource};
+use planish_geometry::map::displacement::{MapKind, TexelFormat};
+use planish_geometry::map::manifest::{Layout, Manifest, Method, UvSource};
+use planish_geometry::map::normal_map::Convention;
+use planish_geometry::mesh::weld::Welding;
 use planish_geometry::named::Named;
-use planish_geometry::texture::normal_map::Convention;
-use planish_geometry::weld::Welding;
 use std::path::{Path, PathBuf};
 
 /// Everything that `planish bake` has options for.
@@ -122,7 +122,7 @@ impl Recipe {
     pub fn arguments(&self, input: &Path, folder: &Path) -> Vec<String> {
         let mut out = vec!["bake".to_owned(), input.display().to_string()];
         let mut add = |option: &str, value: String| out.extend([format!("--{option}"), value]);
-        if bake::default_folder(input).ok().as_deref() != Some(folder) {
+        if bake_files::default_folder(input).ok().as_deref() != Some(folder) {
             add("output", folder.display().to_string());
         }
         match &self.target {
@@ -242,7 +242,7 @@ pub fn normals() -> impl Iterator<Item = (String, Option<NormalField>)> {
 
 /// Choices of the layout that this build has.
 pub fn layouts() -> impl Iterator<Item = (String, LayoutChoice)> {
-    choices().filter(|(_, layout)| *layout != LayoutChoice::Unwrap || planish_geometry::bundle::CAN_UNWRAP)
+    choices().filter(|(_, layout)| *layout != LayoutChoice::Unwrap || planish_geometry::bake::CAN_UNWRAP)
 }
 
 /// Choices of what a map holds.

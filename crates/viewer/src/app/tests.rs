@@ -3,7 +3,7 @@
 use super::document::Kind;
 use super::*;
 use planish_geometry::denoise::Denoiser;
-use planish_geometry::shapes;
+use planish_geometry::mesh::shapes;
 use std::fs;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;

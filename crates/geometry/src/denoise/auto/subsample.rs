@@ -1,9 +1,9 @@
 //! Patches of a large mesh, on which candidates are evaluated instead of on the whole.
 
 use crate::denoise::connectivity::Connectivity;
-use crate::ragged::Index;
-use crate::surface::Surface;
-use crate::topology::Topology;
+use crate::mesh::jagged::Index;
+use crate::mesh::surface::Surface;
+use crate::mesh::topology::Topology;
 
 /// Sizes of the patches.
 #[derive(Clone, Copy)]

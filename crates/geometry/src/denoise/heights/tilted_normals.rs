@@ -70,9 +70,9 @@ mod tests {
     use super::super::single_precision_normals;
     use super::*;
     use crate::denoise::NormalField;
-    use crate::noise::{self, Direction, Noise};
+    use crate::mesh::shapes;
+    use crate::mesh::synthetic_noise::{self, Direction, Noise};
     use crate::progress::Silent;
-    use crate::shapes;
 
     #[test]
     fn a_normal_is_tilted_to_the_displacement_and_no_farther_than_it_may() {
@@ -91,8 +91,8 @@ mod tests {
     fn noise_in_all_directions_is_represented_by_tilted_normals() {
         let sphere = shapes::sphere(4);
         let noise = Noise { sigma: 0.5, direction: Direction::Random, share: 1.0, seed: 3 };
-        let deltas = noise::displacements(&sphere, &noise);
-        let surface = noise::noisy(&sphere, &noise);
+        let deltas = synthetic_noise::displacements(&sphere, &noise);
+        let surface = synthetic_noise::noisy(&sphere, &noise);
         let upright = HeightField::fitted(&surface, &deltas, single_precision_normals(&sphere), &Silent).unwrap();
         let tilted = HeightField::tilted(&surface, &deltas, &Silent).unwrap();
         let residuals = [upright.residual, tilted.residual];

@@ -1,8 +1,8 @@
 //! Vertices by name, in a text that people write.
 
-use crate::ragged::Index;
-use crate::topology::Topology;
-use crate::weld::Weld;
+use crate::mesh::jagged::Index;
+use crate::mesh::topology::Topology;
+use crate::mesh::weld::Weld;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
@@ -143,8 +143,8 @@ impl From<Mask> for String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shapes;
-    use crate::weld::Welding;
+    use crate::mesh::shapes;
+    use crate::mesh::weld::Welding;
     use glam::DVec3;
 
     #[test]

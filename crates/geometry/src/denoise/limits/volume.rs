@@ -9,10 +9,10 @@
 //! by the cosine between input normal and denoised normal.
 
 use super::{Bounds, VolumeChange};
-use crate::normals::{self, FaceWeight};
+use crate::mesh::jagged::Index;
+use crate::mesh::normals::{self, FaceWeight};
+use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};
-use crate::ragged::Index;
-use crate::surface::Surface;
 use glam::DVec3;
 use rayon::prelude::*;
 

@@ -7,8 +7,8 @@ use super::symmetric::{HALF_ROOT, Symmetric};
 use crate::denoise::bilaplacian::BoundaryConstraint;
 use crate::denoise::conjugate_gradients::{CHUNK, ConjugateGradients, Stop, Vector, sum_in_order};
 use crate::denoise::connectivity::Connectivity;
+use crate::mesh::jagged::Index;
 use crate::progress::{Cancelled, Progress};
-use crate::ragged::Index;
 use glam::DVec3;
 use rayon::prelude::*;
 

@@ -6,8 +6,8 @@
 
 use crate::denoise::conjugate_gradients::{ConjugateGradients, Stop, multiply};
 use crate::denoise::triangle_mesh::TriangleMesh;
+use crate::mesh::jagged::Index;
 use crate::progress::{Cancelled, Progress};
-use crate::ragged::Index;
 use glam::DVec3;
 use rayon::prelude::*;
 

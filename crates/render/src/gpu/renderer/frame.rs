@@ -10,7 +10,7 @@ use crate::relief::Relief;
 use crate::scene::Scene;
 use crate::settings::{Displace, Normals, Settings, Shading, Size};
 use glam::Mat4;
-use planish_geometry::displacement::MapKind;
+use planish_geometry::map::displacement::MapKind;
 
 /// A scene as one picture shows it.
 pub(super) struct Picture<'a> {

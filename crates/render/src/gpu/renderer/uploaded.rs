@@ -11,7 +11,7 @@ use crate::scene::Scene;
 use crate::settings::Settings;
 use bytemuck::Pod;
 use glam::Vec3;
-use planish_geometry::colormap::Colormap;
+use planish_geometry::metrics::colormap::Colormap;
 use wgpu::BufferUsages;
 
 /// Buffers and textures of a scene.

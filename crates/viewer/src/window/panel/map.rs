@@ -7,8 +7,8 @@ use crate::app::document::{self, Map};
 use crate::app::recipe;
 use egui::{Color32, ColorImage, Rect, Sense, Ui, Vec2, pos2};
 use planish_files::words;
-use planish_geometry::bundle::{Carriers, LayoutChoice, Settings};
-use planish_geometry::displacement::{Displacement, TexelFormat};
+use planish_geometry::bake::{Carriers, LayoutChoice, Settings};
+use planish_geometry::map::displacement::{Displacement, TexelFormat};
 use std::sync::Arc;
 
 pub(super) fn show(ui: &mut Ui, app: &mut App, session: &mut Session) {

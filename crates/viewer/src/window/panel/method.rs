@@ -5,7 +5,7 @@ use super::super::session::{Action, Session};
 use crate::app::{App, Rebake, Work};
 use egui::{Response, Ui};
 use planish_geometry::denoise::{Denoiser, Parameter, Values};
-use planish_geometry::displacement::MapKind;
+use planish_geometry::map::displacement::MapKind;
 use planish_geometry::named::Word;
 use serde_json::Value;
 

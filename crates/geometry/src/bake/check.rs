@@ -1,0 +1,82 @@
+//! Measuring files that were written before.
+
+use super::maps::{self, Frames, Offsets};
+use super::report::{self, Evidence};
+use super::{BakeError, Goal};
+use crate::map::Coverage;
+use crate::map::displacement::MapKind;
+use crate::map::layout_issues::Findings;
+use crate::map::manifest::{Layout, Manifest, Report, UvSource};
+use crate::map::map_size::Spacing;
+use crate::mesh::atlas::AtlasError;
+use crate::mesh::jagged::Index;
+use crate::mesh::weld::Welding;
+use crate::progress::Progress;
+use crate::source::MeshData;
+use crate::source::model::Model;
+use glam::Vec2;
+
+/// Files of a bundle as they were read again.
+#[derive(Clone, Copy, Debug)]
+pub struct WrittenFiles<'a> {
+    /// Bytes of the displacement map.
+    pub displacement: &'a [u8],
+    /// The carrier.
+    pub carrier: &'a MeshData,
+}
+
+/// Measures written files once more: the report that their manifest should have. `goal` is what the method of the
+/// manifest says.
+pub fn check(
+    model: &Model,
+    manifest: &Manifest,
+    goal: &Goal,
+    files: WrittenFiles,
+    progress: &dyn Progress,
+) -> Result<Report, BakeError> {
+    progress.stage("layout");
+    let entry = &manifest.displacement;
+    let unwrapped =
+        (entry.uvs == UvSource::Unwrapped).then(|| with_uvs_of(model, files.carrier, manifest.welding)).transpose()?;
+    let model = unwrapped.as_ref().unwrap_or(model);
+    let atlas = match model.atlas() {
+        Err(AtlasError::NoUvs) if entry.layout == Layout::Vertex => None,
+        atlas => Some(atlas?),
+    };
+    let ways = goal.ways(model, entry.map, Some(manifest.normals), progress)?;
+    let mut frames = Vec::new();
+    if entry.map == MapKind::VectorTangent {
+        let atlas = atlas.as_ref().ok_or(BakeError::NoTangents)?;
+        frames = Frames::new(model, atlas, &ways.normals).of_vertices;
+    }
+    let offsets = Offsets::new(model, entry.map, &ways, &frames);
+    let findings = match (&atlas, entry.layout) {
+        (Some(atlas), Layout::Uv) => {
+            let coverage = Coverage::new(model.surface(), atlas, entry.size(), progress)?;
+            Findings::of(model.surface(), atlas, &Spacing::new(atlas), &coverage)
+        }
+        _ => Findings { coverage: maps::share(model, entry.size()), ..Findings::default() },
+    };
+    progress.stage("verifying");
+    let evidence = Evidence {
+        model,
+        ways: &ways,
+        frames: &frames,
+        offsets: &offsets,
+        findings,
+        channels: &[],
+        displacement: files.displacement,
+        carrier: files.carrier,
+    };
+    Ok(report::measure(&evidence, manifest)?)
+}
+
+/// A mesh with the texture coordinates of its carrier.
+fn with_uvs_of(model: &Model, carrier: &MeshData, welding: Welding) -> Result<Model, BakeError> {
+    let (own, of_carrier) = (model.data().faces(), carrier.faces());
+    let same = own.len() == of_carrier.len() && own.iter().zip(of_carrier.iter()).all(|(f, g)| f.len() == g.len());
+    let corners: Option<Vec<Index>> = of_carrier.items().iter().map(|corner| corner.uv()).collect();
+    let corners = corners.filter(|_| same).ok_or(BakeError::OtherFaces)?;
+    let uvs: Vec<Vec2> = carrier.uvs().iter().map(|uv| uv.as_vec2()).collect();
+    Ok(Model::new(model.source().with_uvs(&uvs, &corners)?, welding))
+}

@@ -1,0 +1,88 @@
+//! What manifest and materials say of a bake.
+
+use super::maps::Maps;
+use super::{Request, Ways};
+use crate::map::displace;
+use crate::map::manifest::{
+    self, Carrier, Clients, DominantUv, Layout, Manifest, MapEntry, NormalMapEntry, Report, SourceEntry, UvSource,
+};
+use crate::mesh::atlas::Atlas;
+use crate::mesh::jagged::Index;
+use crate::source::materials::{self, MapStatements};
+use crate::source::model::Model;
+
+/// The manifest as far as it is known before the files are.
+pub(super) fn manifest_of(request: &Request, ways: &Ways, atlas: Option<&Atlas>, maps: &Maps) -> Manifest {
+    let Request { model, names, settings, .. } = *request;
+    let size = maps.size;
+    let is_uv = maps.plan.is_uv();
+    let normal_map = maps.normal_map.as_ref().map(|(_, size)| NormalMapEntry {
+        file: format!("{}.normal.png", names.stem),
+        width: size.width,
+        height: size.height,
+        convention: settings.convention,
+    });
+    Manifest {
+        planish: manifest::VERSION,
+        source: SourceEntry {
+            file: names.source.clone(),
+            sha256: String::new(),
+            vertices: model.data().positions().len(),
+            faces: model.data().faces().len(),
+        },
+        method: settings.goal.method(settings.map),
+        choice: ways.choice.clone(),
+        welding: settings.welding,
+        normals: ways.source,
+        displacement: MapEntry {
+            file: format!("{}.displacement.{}", names.stem, settings.texel.file().extension()),
+            map: settings.map,
+            layout: if is_uv { Layout::Uv } else { Layout::Vertex },
+            interpolation: is_uv.then_some(settings.interpolation),
+            texels: is_uv.then_some(settings.texels),
+            uvs: UvSource::Mesh,
+            width: size.width,
+            height: size.height,
+            texel: settings.texel,
+            bias: maps.encoding.bias.into(),
+            scale: maps.encoding.scale.into(),
+            lambda: settings.lambda.0,
+            origin: displace::origin(model.surface().bounds()),
+        },
+        dominant_uv: atlas.filter(|_| is_uv).map(|atlas| dominant_uv(model, atlas)),
+        normal_map,
+        carrier: Carrier::default(),
+        report: Report { tolerance_quanta: settings.tolerance.0, ..Report::default() },
+        clients: Clients::new(settings.map, ways.source, maps.encoding, settings.lambda.0),
+    }
+}
+
+/// What the carrier's materials say. A client would take a map in the wrong place for one in the right place, so it is
+/// named only where it belongs to the texture coordinates in the file.
+pub(super) fn statements(manifest: &Manifest, has_own_uvs: bool) -> MapStatements<'_> {
+    let in_place = manifest.displacement.layout == Layout::Uv || !has_own_uvs;
+    let displacement = manifest.clients.mtl.filter(|_| in_place).map(|mtl| materials::DisplacementStatement {
+        file: &manifest.displacement.file,
+        base: mtl.base,
+        gain: mtl.gain,
+    });
+    MapStatements { displacement, normal: manifest.normal_map.as_ref().map(|map| map.file.as_str()) }
+}
+
+/// Lists the source vertices of vertices with several wedges, and those for which some corner names other texture
+/// coordinates than the dominant ones: a face that the surface leaves out, a second layer say, is drawn all the same.
+fn dominant_uv(model: &Model, atlas: &Atlas) -> DominantUv {
+    let (data, vertex_of) = (model.data(), model.weld().vertex_of());
+    let place = |uv: Index| data.uvs()[uv as usize];
+    let mut listed: Vec<bool> = vertex_of.iter().map(|&v| atlas.wedges().get(v).len() > 1).collect();
+    for corner in data.faces().items() {
+        let v = corner.position as usize;
+        listed[v] |= corner.uv().map(place) != atlas.dominant(vertex_of[v]).map(place);
+    }
+    let pair = |(v, &vertex): (Index, &Index)| {
+        let uv = atlas.dominant(vertex).filter(|_| listed[v as usize])?;
+        Some([v + 1, uv + 1])
+    };
+    let seam_vertices = (0..).zip(vertex_of).filter_map(pair).collect();
+    DominantUv { rule: Atlas::DOMINANT_RULE.to_owned(), seam_vertices }
+}

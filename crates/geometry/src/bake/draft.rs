@@ -1,0 +1,111 @@
+//! Files of a bake before they are handed out: made, measured, and perhaps replaced by others.
+
+use super::carrier::{self, CarrierFile};
+use super::describe::{manifest_of, statements};
+use super::maps::Maps;
+use super::report::{self, Evidence};
+use super::{BakeError, Bundle, Carriers, Fallback, File, LayoutChoice, Request, Ways};
+use crate::map::Texels;
+use crate::map::displace::Directions;
+use crate::map::manifest::{self, Carrier, Layout, Manifest, UvSource};
+use crate::map::map_size::{Choice, Reason};
+use crate::mesh::atlas::Atlas;
+use crate::source::materials;
+use crate::source::model::Model;
+
+pub(super) struct Draft {
+    atlas: Option<Atlas>,
+    pub(super) carrier: CarrierFile,
+    pub(super) maps: Maps,
+    pub(super) manifest: Manifest,
+}
+
+impl Draft {
+    /// Makes maps, carrier and manifest; the report is still missing. `original` is the model before it was unwrapped,
+    /// if it was.
+    pub(super) fn new(request: &Request, ways: &Ways, original: Option<&Model>) -> Result<Self, BakeError> {
+        let Request { model, names, settings, progress, .. } = *request;
+        progress.stage("layout");
+        let atlas = request.atlas()?;
+        let library_file = format!("{}.mtl", names.carrier);
+        // Writing and reading a text file keeps one thread as busy as the maps keep the others.
+        let ((source_sha256, carrier), maps) = rayon::join(
+            || {
+                let places = atlas.is_none().then(|| carrier::places(model));
+                let carrier = CarrierFile::make(model, &ways.normals, places.as_deref(), &library_file);
+                (manifest::sha256(&original.unwrap_or(model).source().bytes()), carrier)
+            },
+            || Maps::bake(request, atlas.as_ref(), ways),
+        );
+        let (carrier, maps) = (carrier?, maps?);
+        progress.check()?;
+        let mut manifest = manifest_of(request, ways, atlas.as_ref(), &maps);
+        manifest.source.sha256 = source_sha256;
+        if manifest.displacement.layout == Layout::Uv {
+            manifest.displacement.uvs = if original.is_some() { UvSource::Unwrapped } else { UvSource::Mesh };
+        }
+        let glb = (settings.carriers == Carriers::ObjAndGlb).then(|| format!("{}.glb", names.carrier));
+        manifest.carrier =
+            Carrier { obj: format!("{}.obj", names.carrier), mtl: library_file, glb, sha256: carrier.sha256.clone() };
+        Ok(Self { atlas, carrier, maps, manifest })
+    }
+
+    /// Measures what the files do, and puts it into the manifest.
+    pub(super) fn measure(&mut self, request: &Request, ways: &Ways) -> Result<(), BakeError> {
+        request.progress.stage("verifying");
+        let evidence = Evidence {
+            model: request.model,
+            ways,
+            frames: &self.maps.frames,
+            offsets: &self.maps.offsets,
+            findings: self.maps.findings.clone(),
+            channels: &self.maps.channels,
+            displacement: &self.maps.displacement,
+            carrier: self.carrier.obj.data(),
+        };
+        self.manifest.report = report::measure(&evidence, &self.manifest)?;
+        Ok(())
+    }
+
+    /// The reason to give each vertex a texel of its own after all, if there is one: what was written is what counts,
+    /// whatever the plan promised.
+    pub(super) fn fallback(&self, request: &Request) -> Option<Fallback> {
+        let settings = request.settings;
+        let left = self.manifest.report.unresolved_vertices;
+        let must_be_exact = settings.layout == LayoutChoice::Auto && settings.texels == Texels::Fitted;
+        if !must_be_exact || left == 0 || !self.maps.plan.is_uv() {
+            return None;
+        }
+        let (side, vertices) = (self.maps.size.width, request.model.surface().positions().len());
+        let choice = Choice { side, vertices, left, reason: Reason::AlmostExact, largest: side };
+        let problems = self.maps.findings.problems().into_iter().chain(self.maps.findings.crowding()).collect();
+        Some(Fallback::Layout { choice, problems })
+    }
+
+    /// Makes what the manifest names and is still missing, and hands out all files.
+    pub(super) fn into_bundle(self, request: &Request, ways: &Ways) -> Result<Bundle, BakeError> {
+        let Request { model, names, beside, progress, .. } = *request;
+        let has_uvs = self.atlas.is_some();
+        let statements = statements(&self.manifest, has_uvs);
+        let library = materials::carrier_library(model.data(), beside.libraries, &statements, beside.relocate);
+        let glb = self.manifest.carrier.glb.as_ref().map(|_| {
+            progress.stage("glTF");
+            carrier::glb(request, &ways.normals, &self)
+        });
+        let glb = glb.transpose()?;
+        progress.check()?;
+        let Self { carrier, maps, manifest, .. } = self;
+        let file = |name: &str, bytes| File { name: name.to_owned(), bytes };
+        let mut files = vec![file(&manifest.displacement.file, maps.displacement)];
+        if let (Some(entry), Some((image, _))) = (&manifest.normal_map, maps.normal_map) {
+            files.push(file(&entry.file, image));
+        }
+        files.push(file(&manifest.carrier.obj, carrier.obj.into_bytes()));
+        files.push(file(&manifest.carrier.mtl, library));
+        files.extend(manifest.carrier.glb.as_ref().zip(glb).map(|(name, bytes)| file(name, bytes)));
+        files.push(file(&format!("{}.planish.json", names.stem), manifest.to_json().into_bytes()));
+        let (choice, fallback) = maps.plan.into_reasons();
+        let along = Directions { normals: ways.normals.clone(), frames: maps.frames };
+        Ok(Bundle { files, manifest, choice, fallback, along })
+    }
+}

@@ -1,0 +1,132 @@
+//! Materials, and the images behind them.
+
+use super::glb::{self, Buffer};
+use super::{Carrier, Filter, Textures};
+use crate::mesh::jagged::Index;
+use crate::source::materials::CARRIER_MATERIAL;
+use serde_json::{Map as Object, Value, json};
+
+/// Where a material says nothing about its colour; that of [`CARRIER_MATERIAL`] in material libraries, too.
+const GREY: [f32; 3] = [0.8; 3];
+const ROUGHNESS: f64 = 0.8;
+
+const CLAMP_TO_EDGE: u32 = 33071;
+
+/// Media type of an image file, by its first bytes.
+pub(super) fn media_type(bytes: &[u8]) -> &'static str {
+    match bytes {
+        [0x89, b'P', b'N', b'G', ..] => "image/png",
+        [0xff, 0xd8, 0xff, ..] => "image/jpeg",
+        [0x76, 0x2f, 0x31, 0x01, ..] => "image/x-exr",
+        [b'I', b'I', 42, 0, ..] | [b'M', b'M', 0, 42, ..] => "image/tiff",
+        _ => "application/octet-stream",
+    }
+}
+
+/// Whether glTF takes such images as textures.
+fn is_texture(media_type: &str) -> bool {
+    matches!(media_type, "image/png" | "image/jpeg")
+}
+
+/// The lists of a document that belong to materials.
+pub(super) struct Materials<'a> {
+    carrier: &'a Carrier<'a>,
+    /// None where the mesh has no texture coordinates to look them up at.
+    files: Option<Textures<'a>>,
+    /// What each material says about the map.
+    extras: Value,
+    materials: Vec<Value>,
+    textures: Vec<Value>,
+    images: Vec<Value>,
+    samplers: Vec<Value>,
+    /// Textures by file name; none where the file is not there or of no use.
+    known: Vec<(String, Option<usize>)>,
+}
+
+impl<'a> Materials<'a> {
+    /// No materials yet, but the map.
+    pub(super) fn new(buffer: &mut Buffer, carrier: &'a Carrier, files: Option<Textures<'a>>) -> Self {
+        let (materials, textures, images) = (Vec::new(), Vec::new(), Vec::new());
+        let (samplers, known, extras) = (Vec::new(), Vec::new(), Value::Null);
+        let mut new = Self { carrier, files, extras, materials, textures, images, samplers, known };
+        new.extras = json!({ "displacement": new.displacement(buffer), "normalMap": carrier.normal_map });
+        new
+    }
+
+    fn displacement(&mut self, buffer: &mut Buffer) -> Value {
+        let map = &self.carrier.map;
+        let media_type = media_type(map.bytes);
+        let mut entry = Object::new();
+        if is_texture(media_type) {
+            let filter = match map.filter {
+                Filter::Nearest => 9728,
+                Filter::Linear => 9729,
+            };
+            self.samplers.push(json!({
+                "magFilter": filter, "minFilter": filter, "wrapS": CLAMP_TO_EDGE, "wrapT": CLAMP_TO_EDGE,
+            }));
+            let name = map.entry.get("file").and_then(Value::as_str).unwrap_or("displacement");
+            let image = self.image(buffer, name, map.bytes);
+            entry.insert("texture".to_owned(), self.texture(json!({ "sampler": 0, "source": image })).into());
+        } else {
+            entry.insert("bufferView".to_owned(), buffer.file(map.bytes).into());
+        }
+        entry.insert("mimeType".to_owned(), media_type.into());
+        entry.insert("texCoord".to_owned(), 1.into());
+        entry.extend(map.entry.clone());
+        entry.into()
+    }
+    fn image(&mut self, buffer: &mut Buffer, name: &str, bytes: &[u8]) -> usize {
+        let view = buffer.file(bytes);
+        self.images.push(json!({ "name": name, "bufferView": view, "mimeType": media_type(bytes) }));
+        self.images.len() - 1
+    }
+    fn texture(&mut self, texture: Value) -> usize {
+        self.textures.push(texture);
+        self.textures.len() - 1
+    }
+    /// Texture of a file that holds colours.
+    fn colours(&mut self, buffer: &mut Buffer, file: &str) -> Option<usize> {
+        if let Some((_, texture)) = self.known.iter().find(|(name, _)| name == file) {
+            return *texture;
+        }
+        let bytes = self.files?(file).filter(|bytes| is_texture(media_type(bytes)));
+        let texture = bytes.map(|bytes| {
+            let image = self.image(buffer, file, &bytes);
+            self.texture(json!({ "source": image }))
+        });
+        self.known.push((file.to_owned(), texture));
+        texture
+    }
+
+    /// Adds the material that faces name, or the one of those that name none, and gives its index.
+    pub(super) fn add(&mut self, buffer: &mut Buffer, material: Option<Index>) -> usize {
+        let names = &self.carrier.model.data().materials();
+        let name = material.map_or(CARRIER_MATERIAL.into(), |m| String::from_utf8_lossy(&names[m as usize]));
+        // Libraries are searched in their order, so the first of several materials of a name is meant.
+        let found = material.and_then(|_| self.carrier.materials.iter().find(|m| m.name == name));
+        let texture = found.and_then(|m| m.diffuse_texture.as_ref()).and_then(|file| self.colours(buffer, file));
+        let default = if texture.is_some() { [1.0; 3] } else { GREY };
+        let diffuse = found.and_then(|m| m.diffuse).filter(|c| c.iter().all(|x| x.is_finite())).unwrap_or(default);
+        let [r, g, b] = diffuse.map(|x| x.clamp(0.0, 1.0));
+        let mut shading =
+            json!({ "baseColorFactor": [r, g, b, 1.0], "metallicFactor": 0.0, "roughnessFactor": ROUGHNESS });
+        if let Some(texture) = texture {
+            shading["baseColorTexture"] = json!({ "index": texture });
+        }
+        // The normal map is named, not attached as `normalTexture`: it turns the normals of the mesh as it is into
+        // those of the denoised surface, which the morph target does as well, and together they would do it twice.
+        self.materials.push(json!({
+            "name": name, "pbrMetallicRoughness": shading, "doubleSided": true, "extras": { "planish": self.extras },
+        }));
+        self.materials.len() - 1
+    }
+
+    /// Puts the lists into a document.
+    pub(super) fn insert_into(self, document: &mut Object<String, Value>) {
+        glb::insert_list(document, "materials", self.materials);
+        glb::insert_list(document, "textures", self.textures);
+        glb::insert_list(document, "images", self.images);
+        glb::insert_list(document, "samplers", self.samplers);
+    }
+}

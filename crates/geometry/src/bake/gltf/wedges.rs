@@ -1,0 +1,56 @@
+//! Wedges, the vertices of a glTF mesh: a source vertex and texture coordinates that meet at some corner of the surface.
+
+use crate::mesh::jagged::{Index, Ragged};
+use crate::source::model::Model;
+
+/// Distinct pairs of source vertex and texture coordinates, in the order of the source; #W of them.
+pub(super) struct Wedges {
+    /// Source vertex of each wedge. #W, ascending
+    pub(super) sources: Vec<Index>,
+    /// Index of its texture coordinates; none where a corner names none. #W
+    pub(super) uvs: Vec<Option<Index>>,
+    /// Wedge at each corner of the surface.
+    of_corner: Vec<Index>,
+}
+
+impl Wedges {
+    pub(super) fn new(model: &Model) -> Self {
+        let corners = model.surface().topology().faces().items().len();
+        let named = (0..corners as Index).map(|c| {
+            let corner = model.source_corner(c);
+            (corner.position, (corner.uv(), c))
+        });
+        // All corners of a source vertex next to each other make a search among a few out of one among all.
+        let mut by_source = Ragged::group(model.data().positions().len(), named);
+        by_source.for_each_mut(<[_]>::sort_unstable);
+        let mut wedges = Self { sources: Vec::new(), uvs: Vec::new(), of_corner: vec![0; corners] };
+        for (source, corners) in (0..).zip(by_source.iter()) {
+            for same in corners.chunk_by(|a, b| a.0 == b.0) {
+                for &(_, corner) in same {
+                    wedges.of_corner[corner as usize] = wedges.sources.len() as Index;
+                }
+                wedges.sources.push(source);
+                wedges.uvs.push(same[0].0);
+            }
+        }
+        wedges
+    }
+    pub(super) fn len(&self) -> usize {
+        self.sources.len()
+    }
+    /// Whether any corner names texture coordinates.
+    pub(super) fn have_uvs(&self) -> bool {
+        self.uvs.iter().any(Option::is_some)
+    }
+    /// Wedges of the surface's triangles, grouped by the material of their face: list 0 has none, list m + 1 the
+    /// material m. Within a list they keep the order of the faces.
+    pub(super) fn triangles(&self, model: &Model) -> Ragged<[Index; 3]> {
+        let surface = model.surface();
+        let triangles = surface.triangle_corners().iter().map(|corners| {
+            let face = model.source_face(surface.topology().face(corners[0]));
+            let list = model.data().face_material(face).map_or(0, |material| material + 1);
+            (list, corners.map(|c| self.of_corner[c as usize]))
+        });
+        Ragged::group(model.data().materials().len() + 1, triangles)
+    }
+}

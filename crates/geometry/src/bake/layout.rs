@@ -1,0 +1,137 @@
+//! Which layout the map gets.
+
+use super::{BakeError, Settings};
+use crate::map::displacement;
+use crate::map::layout_issues::{self, Findings};
+use crate::map::map_size::{self, Choice, Reason, Spacing};
+use crate::map::{Coverage, Exactness, Size, Texels};
+use crate::mesh::atlas::Atlas;
+use crate::mesh::surface::Surface;
+use crate::named;
+use crate::progress::Progress;
+
+named! {
+    /// Where a vertex shall have its texels.
+    #[derive(Default)]
+    pub enum LayoutChoice {
+        /// The mesh's own UVs where these can hold all heights, else one texel for each vertex.
+        #[default]
+        Auto = "auto",
+        /// The mesh's own UVs.
+        Uv = "uv",
+        /// One texel for each vertex: always exact, needs no UVs.
+        Vertex = "vertex",
+        /// New UVs, made by xatlas; only in a planish built with --features unwrap.
+        Unwrap = "unwrap",
+    }
+}
+
+/// Why the texture coordinates of a mesh were not used.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Fallback {
+    /// There are none.
+    NoUvs,
+    /// So many vertices have none.
+    Unmapped {
+        /// Vertices.
+        vertices: usize,
+    },
+    /// They leave too little room.
+    Layout {
+        /// What was tried.
+        choice: Choice,
+        /// What is wrong, in words.
+        problems: Vec<String>,
+    },
+}
+
+impl std::fmt::Display for Fallback {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::NoUvs => write!(f, "the mesh has no texture coordinates"),
+            Self::Unmapped { vertices } => {
+                write!(f, "{vertices} vertices have no texture coordinates; unwrapping all faces would help")
+            }
+            Self::Layout { choice, problems } => {
+                write!(f, "in the texture coordinates of the mesh ")?;
+                match choice.reason {
+                    Reason::Crowded => {
+                        let share = 100.0 * choice.left as f64 / choice.vertices.max(1) as f64;
+                        write!(f, "{share:.1} % of the vertices share texels even at {}", choice.side)?;
+                    }
+                    _ => write!(
+                        f,
+                        "{} of {} vertices miss their height at {}",
+                        choice.left, choice.vertices, choice.side
+                    )?,
+                }
+                if let Some(worst) = problems.first() {
+                    write!(f, " ({worst})")?;
+                }
+                write!(f, "; an unwrap without overlaps and with more room would help")
+            }
+        }
+    }
+}
+
+/// What will be done.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Plan {
+    Uv { side: u32, choice: Option<Choice> },
+    Vertex { fallback: Option<Fallback> },
+}
+
+impl Plan {
+    pub(super) fn is_uv(&self) -> bool {
+        matches!(self, Self::Uv { .. })
+    }
+    pub(super) fn into_reasons(self) -> (Option<Choice>, Option<Fallback>) {
+        match self {
+            Self::Uv { choice, .. } => (choice, None),
+            Self::Vertex { fallback } => (None, fallback),
+        }
+    }
+
+    /// Decides for the channels (each #V, model units) of a map. Both of `layout` are there where the mesh has texture coordinates.
+    pub(super) fn make(
+        surface: &Surface,
+        layout: Option<(&Atlas, &Spacing)>,
+        channels: &[Vec<f64>],
+        settings: &Settings,
+        progress: &dyn Progress,
+    ) -> Result<Self, BakeError> {
+        let (atlas, spacing) = match (settings.layout, layout) {
+            (LayoutChoice::Vertex, _) => return Ok(Self::Vertex { fallback: None }),
+            (_, None) => return Ok(Self::Vertex { fallback: Some(Fallback::NoUvs) }),
+            (_, Some(layout)) => layout,
+        };
+        // Interpolated texels are never exact: who asks for them asks for the layout of the texture.
+        let must_be_exact = settings.layout == LayoutChoice::Auto && settings.texels == Texels::Fitted;
+        let unmapped = layout_issues::unmapped(surface, atlas);
+        if must_be_exact && unmapped > 0 {
+            return Ok(Self::Vertex { fallback: Some(Fallback::Unmapped { vertices: unmapped }) });
+        }
+        let quantum = displacement::quantum(settings.texel);
+        let exactness = Exactness { quantum, tolerance: settings.tolerance.0 };
+        let sides = map_size::sides(settings.largest_side.0);
+        let choice = match (settings.side, settings.texels) {
+            (Some(side), _) if !must_be_exact => return Ok(Self::Uv { side, choice: None }),
+            // Measuring what was written tells more, and as soon.
+            (Some(side), _) if !spacing.is_hopeless(side) => return Ok(Self::Uv { side, choice: None }),
+            (Some(side), _) => spacing.choose(&[side]),
+            (None, Texels::Fitted) => spacing.choose_exact(atlas, channels, &sides, exactness, progress)?,
+            (None, Texels::Interpolated) => spacing.choose(&sides),
+        };
+        if must_be_exact && choice.reason != Reason::Exact {
+            let size = Size::square(choice.side.min(PROBE));
+            let coverage = Coverage::new(surface, atlas, size, progress)?;
+            let findings = Findings::of(surface, atlas, spacing, &coverage);
+            let problems = findings.problems().into_iter().chain(findings.crowding()).collect();
+            return Ok(Self::Vertex { fallback: Some(Fallback::Layout { choice, problems }) });
+        }
+        Ok(Self::Uv { side: choice.side, choice: Some(choice).filter(|_| settings.side.is_none()) })
+    }
+}
+
+/// Side at which overlaps are looked for, where no map will have that layout.
+const PROBE: u32 = 1024;

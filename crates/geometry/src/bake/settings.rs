@@ -1,0 +1,144 @@
+//! All that can be chosen for a bake.
+
+use super::{Goal, LayoutChoice};
+use crate::denoise::NormalField;
+use crate::map::displacement::{MapKind, TexelFormat};
+use crate::map::normal_map::Convention;
+use crate::map::{Interpolation, Texels, map_size};
+use crate::mesh::weld::Welding;
+use crate::named;
+use serde::{Deserialize, Serialize};
+
+/// All that can be chosen. In JSON, settings that are missing are those of [`Settings::default`].
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// Where the vertices shall go.
+    pub goal: Goal,
+    /// How the model was welded; goes into the manifest.
+    pub welding: Welding,
+    /// Along which normals to displace; none chooses, see [`Goal::ways`].
+    pub normals: Option<NormalField>,
+    /// Strength for the normal map and the clients.
+    pub lambda: Lambda,
+    /// Heights or vectors.
+    pub map: MapKind,
+    /// Where texels of a vertex are.
+    pub layout: LayoutChoice,
+    /// Side of the maps; none chooses it. A map with one texel for each vertex has the side that it needs.
+    pub side: Option<u32>,
+    /// The largest side that is chosen.
+    pub largest_side: LargestSide,
+    /// How far a vertex may be off for [`LayoutChoice::Auto`] to keep the texture coordinates of the mesh.
+    pub tolerance: Quanta,
+    /// How texels between vertices are filled.
+    pub interpolation: Interpolation,
+    /// What is done to the texels that vertices sample.
+    pub texels: Texels,
+    /// Format of the displacement map.
+    pub texel: TexelFormat,
+    /// Direction of green in the normal map.
+    pub convention: Convention,
+    /// Files that carry the map.
+    pub carriers: Carriers,
+}
+
+named! {
+    /// Files that carry the mesh and the numbers of its map.
+    #[derive(Default)]
+    pub enum Carriers {
+        /// OBJ with MTL, and binary glTF.
+        #[default]
+        ObjAndGlb = "obj-and-glb",
+        /// OBJ with MTL.
+        Obj = "obj",
+    }
+}
+
+/// Multiples of the step between two heights.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Quanta(pub f64);
+
+impl Default for Quanta {
+    fn default() -> Self {
+        Self(1.0)
+    }
+}
+
+/// Side of a map in texels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LargestSide(pub u32);
+
+impl Default for LargestSide {
+    fn default() -> Self {
+        Self(map_size::LARGEST_SIDE)
+    }
+}
+
+/// Strength: 0 is the source, 1 is denoised.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Lambda(pub f64);
+
+impl Default for Lambda {
+    fn default() -> Self {
+        Self(1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::denoise::Denoiser;
+    use crate::map::manifest::Target;
+    use glam::DVec3;
+    use serde_json::Value;
+
+    /// Settings none of which is the default.
+    fn unusual() -> Settings {
+        let settings = Settings {
+            goal: Denoiser::every()[0].clone().into(),
+            welding: Welding::Epsilon(0.1),
+            normals: Some(NormalField::Tilted),
+            lambda: Lambda(0.1),
+            map: MapKind::VectorTangent,
+            layout: LayoutChoice::Vertex,
+            side: Some(77),
+            largest_side: LargestSide(512),
+            tolerance: Quanta(2.5),
+            interpolation: Interpolation::Natural,
+            texels: Texels::Interpolated,
+            texel: TexelFormat::Exr16,
+            convention: Convention::DirectX,
+            carriers: Carriers::Obj,
+        };
+        let [default, chosen] = [&Settings::default(), &settings].map(|s| serde_json::to_value(s).unwrap());
+        for (field, value) in chosen.as_object().unwrap() {
+            assert_ne!(*value, default[field], "{field}");
+        }
+        settings
+    }
+
+    #[test]
+    fn every_field_survives_json() {
+        for settings in [Settings::default(), unusual()] {
+            let text = serde_json::to_string(&settings).unwrap();
+            assert_eq!(serde_json::from_str::<Settings>(&text).unwrap(), settings, "{text}");
+        }
+        let positions = vec![DVec3::new(0.1, -1e-300, 3.0)];
+        let goal = Goal::Target { positions, target: Target::new("a.obj".to_owned(), "00".to_owned()) };
+        let target = Settings { goal, ..Settings::default() };
+        let text = serde_json::to_string(&target).unwrap();
+        assert_eq!(serde_json::from_str::<Settings>(&text).unwrap(), target, "{text}");
+    }
+
+    #[test]
+    fn what_is_missing_is_the_default_and_what_is_unknown_is_named() {
+        assert_eq!(serde_json::from_str::<Settings>("{}").unwrap(), Settings::default());
+        let mut json = serde_json::to_value(unusual()).unwrap();
+        json["lamda"] = Value::from(1.0);
+        let error = serde_json::from_value::<Settings>(json).unwrap_err().to_string();
+        assert!(error.contains("lamda"), "{error}");
+        let error = serde_json::from_str::<Settings>(r#"{ "goal": { "name": "sun", "iterations": -1 } }"#).unwrap_err();
+        assert!(error.to_string().contains("`iterations` of sun: -1 is not a whole number"), "{error}");
+    }
+}

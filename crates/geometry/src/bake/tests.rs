@@ -1,0 +1,137 @@
+//! Laws of a whole bake that do not depend on the format of the mesh.
+
+use super::*;
+use crate::denoise::{Denoiser, Laplacian, NormalField};
+use crate::map::displace;
+use crate::map::displacement::Displacement;
+use crate::map::manifest;
+use crate::mesh::jagged::Index;
+use crate::mesh::weld::Welding;
+use crate::progress::Silent;
+use crate::source::model::NormalSource;
+use crate::source::obj::Obj;
+use crate::source::{Arrays, MeshData};
+use glam::{DVec2, DVec3};
+use std::fmt::Write as _;
+
+/// Squares along a side.
+const SIDE: u32 = 8;
+
+/// A rough sheet of squares, cut into two charts, of two materials.
+fn sheet() -> Arrays {
+    let (row, half) = (SIDE + 1, SIDE / 2);
+    let grid = || (0..row * row).map(|i| DVec2::new((i % row).into(), (i / row).into()));
+    let lift = |p: DVec2| ((13.0 * p.x + 7.0 * p.y).sin() * 1e3).fract() / 3.0;
+    let squares = || (0..SIDE * SIDE).map(|i| (i % SIDE, i / SIDE));
+    let corners = |(x, y)| [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)].map(|(x, y): (u32, u32)| x + row * y);
+    // The right half is a chart of its own, with texture coordinates of its own along the cut.
+    let uv = |x: u32, v: u32| Some(if x < half { v } else { v + row * row });
+    let left = grid().map(|p| p / 20.0);
+    Arrays {
+        positions: grid().map(|p| DVec3::new(p.x, p.y, lift(p))).collect(),
+        faces: squares().map(|square| corners(square).to_vec()).collect(),
+        uvs: left.clone().chain(left.map(|uv| uv + DVec2::new(0.3, 0.5))).collect(),
+        corner_uvs: squares().flat_map(|square| corners(square).map(|v| uv(square.0, v))).collect(),
+        normals: vec![DVec3::new(0.1, 0.0, 2.0)],
+        corner_normals: vec![Some(0); (4 * SIDE * SIDE) as usize],
+        materials: vec!["left".into(), "right".into()],
+        face_materials: squares().map(|(x, _)| Some((x >= half).into())).collect(),
+        ..Arrays::default()
+    }
+}
+
+/// The same mesh as somebody else may write it.
+fn as_obj(arrays: &Arrays) -> Obj {
+    let mut text = "# a sheet\no sheet\n".to_owned();
+    for p in &arrays.positions {
+        writeln!(text, "v {:?} {:?} {:?}", p.x, p.y, p.z).unwrap();
+    }
+    for uv in &arrays.uvs {
+        writeln!(text, "vt {:?} {:?}", uv.x, uv.y).unwrap();
+    }
+    for n in &arrays.normals {
+        writeln!(text, "vn {:?} {:?} {:?}", n.x, n.y, n.z).unwrap();
+    }
+    let one_more = |i: &Option<Index>| i.map(|i| (i + 1).to_string()).unwrap_or_default();
+    for (f, face) in (0..).zip(arrays.faces.iter()) {
+        if let Some(Some(material)) = arrays.face_materials.get(f as usize) {
+            writeln!(text, "usemtl {}", arrays.materials[*material as usize]).unwrap();
+        }
+        text.push('f');
+        for (c, v) in arrays.faces.range(f).zip(face) {
+            let named = [&arrays.corner_uvs, &arrays.corner_normals].map(|of| of.get(c).map(one_more));
+            write!(text, " {}", v + 1).unwrap();
+            named.into_iter().for_each(|index| write!(text, "/{}", index.unwrap_or_default()).unwrap());
+        }
+        text.push('\n');
+    }
+    Obj::parse(text.into_bytes()).unwrap()
+}
+
+fn bake_of(model: &Model, settings: &Settings) -> Bundle {
+    let names = Names { source: "sheet".to_owned(), stem: "sheet".to_owned(), carrier: "sheet".to_owned() };
+    bake(model, &names, Belongings::NONE, settings, &Silent).unwrap()
+}
+
+fn bytes_of<'a>(bundle: &'a Bundle, name: &str) -> &'a [u8] {
+    &bundle.files.iter().find(|file| file.name == name).unwrap().bytes
+}
+
+#[test]
+fn arrays_and_a_file_of_the_same_numbers_give_the_same_maps() {
+    let smooth = Goal::from(Denoiser::Laplacian(Laplacian::default()));
+    let of_file = Some(NormalField::Source(NormalSource::File));
+    let settings = || Settings { goal: smooth.clone(), ..Settings::default() };
+    let without_uvs = Arrays { uvs: Vec::new(), corner_uvs: Vec::new(), ..sheet() };
+    for (arrays, settings) in [
+        (sheet(), settings()),
+        (sheet(), Settings { layout: LayoutChoice::Uv, normals: of_file, side: Some(64), ..settings() }),
+        (sheet(), Settings { layout: LayoutChoice::Vertex, map: MapKind::VectorObject, ..settings() }),
+        (sheet(), Settings { map: MapKind::VectorTangent, ..settings() }),
+        (without_uvs, settings()),
+    ] {
+        let of_file = Model::new(as_obj(&arrays), Welding::Exact);
+        let of_arrays = Model::new(MeshData::try_from(arrays).unwrap(), Welding::Exact);
+        let [file, own] = [&of_file, &of_arrays].map(|model| bake_of(model, &settings));
+        let maps = |bundle: &Bundle| {
+            let normal_map = bundle.manifest.normal_map.as_ref().map(|entry| bytes_of(bundle, &entry.file).to_vec());
+            (bytes_of(bundle, &bundle.manifest.displacement.file).to_vec(), normal_map)
+        };
+        assert!(maps(&own) == maps(&file), "{settings:?}");
+        let without_names = |bundle: &Bundle| {
+            let mut manifest = bundle.manifest.clone();
+            (manifest.source.sha256, manifest.carrier.sha256) = Default::default();
+            manifest
+        };
+        assert_eq!(without_names(&own), without_names(&file));
+        for end in [".mtl", ".glb"] {
+            assert!(bytes_of(&own, &format!("sheet{end}")) == bytes_of(&file, &format!("sheet{end}")), "{end}");
+        }
+    }
+}
+
+#[test]
+fn a_bundle_of_arrays_is_understood_from_its_own_files() {
+    let goal = Goal::from(Denoiser::Laplacian(Laplacian::default()));
+    let settings = Settings { goal: goal.clone(), ..Settings::default() };
+    let model = Model::new(MeshData::try_from(sheet()).unwrap(), Welding::Exact);
+    let bundle = bake_of(&model, &settings);
+    let manifest = &bundle.manifest;
+    let carrier = Obj::parse(bytes_of(&bundle, &manifest.carrier.obj).to_vec()).unwrap();
+    assert_eq!(manifest::sha256(carrier.bytes()), manifest.carrier.sha256);
+    let displacement = bytes_of(&bundle, &manifest.displacement.file);
+    let files = WrittenFiles { displacement, carrier: carrier.data() };
+    assert_eq!(check(&model, manifest, &goal, files, &Silent).unwrap(), manifest.report);
+
+    let entry = &manifest.displacement;
+    let map = Displacement::decode(displacement, entry.map, entry.size(), entry.encoding()).unwrap();
+    let vertices = displace::baked_vertices(model.source(), manifest, &|| None).unwrap();
+    let places = displace::displaced(&vertices, &map, 1.0, entry.origin);
+    let ways = goal.ways(&model, MapKind::Scalar, Some(manifest.normals), &Silent).unwrap();
+    let expected = model.weld().spread(model.surface().positions());
+    for ((place, source), v) in places.iter().zip(expected).zip(model.weld().vertex_of()) {
+        let height = ways.heights.as_ref().unwrap().0[*v as usize];
+        let denoised = source - height * ways.normals[*v as usize].as_dvec3();
+        assert!(place.distance(denoised) <= manifest.report.error_bound, "{place} {denoised}");
+    }
+}

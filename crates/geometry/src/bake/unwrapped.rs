@@ -1,0 +1,48 @@
+//! Baking into texture coordinates that are made for the purpose.
+
+use super::{BakeError, Bundle, LayoutChoice, Request, Settings, Ways};
+use crate::bake::unwrap::{Charts, UnwrapError, Unwrapped};
+use crate::map::map_size::{self, Choice, Reason, Spacing};
+use crate::source::model::Model;
+
+impl From<UnwrapError> for BakeError {
+    fn from(error: UnwrapError) -> Self {
+        match error {
+            UnwrapError::Cancelled(cancelled) => Self::Cancelled(cancelled),
+            error => Self::Unwrap(error),
+        }
+    }
+}
+
+/// Cuts charts, and packs and bakes them at growing sizes until each vertex gets its height.
+pub(super) fn bake(request: &Request, ways: &Ways) -> Result<Bundle, BakeError> {
+    let Request { model, settings, progress, .. } = *request;
+    let charts = Charts::cut(model, &model.surface().moved_by(&ways.deltas), progress)?;
+    let sides = settings.side.map_or_else(|| map_size::sides(settings.largest_side.0), |side| vec![side]);
+    let largest = sides.last().copied().unwrap_or(1);
+    let mut best = None;
+    for side in sides {
+        let Some(Unwrapped { uvs, corners }) = charts.pack(side, progress)? else { continue };
+        let laid_out = Model::new(model.source().with_uvs(&uvs, &corners)?, settings.welding);
+        let spaced = Spacing::new(&laid_out.atlas()?).choose(&[side]);
+        if spaced.reason == Reason::Crowded && side != largest {
+            continue;
+        }
+        let at_side = Settings { layout: LayoutChoice::Uv, side: Some(side), ..settings.clone() };
+        let laid_out = Request { model: &laid_out, settings: &at_side, ..*request };
+        let bundle = super::bake_layout(&laid_out, ways, Some(model))?;
+        let left = bundle.manifest.report.unresolved_vertices;
+        let reason = match spaced.reason {
+            _ if left == 0 => Reason::Exact,
+            Reason::Crowded => Reason::Crowded,
+            _ => Reason::AlmostExact,
+        };
+        let left = if reason == Reason::Crowded { spaced.left } else { left };
+        let choice = settings.side.is_none().then_some(Choice { left, reason, largest, ..spaced });
+        best = Some(Bundle { choice, ..bundle });
+        if left == 0 {
+            break;
+        }
+    }
+    best.ok_or(BakeError::NoRoom { side: largest })
+}

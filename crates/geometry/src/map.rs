@@ -1,0 +1,184 @@
+//! From heights at vertices to texels: triangles are rasterised, texels outside the charts are filled, and the texels that
+//! vertices sample are fitted.
+//!
+//! Texel space has its origin at the top left corner of the image, x to the right and y down; the centre of texel
+//! (i, j) is at (i + ½, j + ½). [`Size::texel_from_uv`] is the only function that flips v.
+
+pub mod displace;
+pub mod displacement;
+pub mod fit;
+pub mod layout_issues;
+pub mod manifest;
+pub mod map_size;
+pub mod normal_map;
+pub mod per_vertex;
+pub mod tangents;
+
+mod gutter;
+mod raster;
+pub(crate) mod sampling;
+mod scattered_interpolation;
+
+pub use raster::Coverage;
+pub use sampling::{HeightMap, Size};
+
+use crate::mesh::atlas::Atlas;
+use crate::mesh::jagged::Index;
+use crate::mesh::surface::Surface;
+use crate::named;
+use crate::progress::{Cancelled, Parts, Progress};
+use glam::DVec3;
+use rayon::prelude::*;
+use scattered_interpolation::Scatter;
+
+named! {
+    /// Interpolation of the heights between vertices.
+    #[derive(Default)]
+    pub enum Interpolation {
+        /// Linear on the triangles of the mesh; between the charts on a Delaunay triangulation of their outlines.
+        #[default]
+        Barycentric = "barycentric",
+        /// Natural neighbours of the vertices in the texture (Sibson 1981).
+        Natural = "natural",
+        /// Inverse squared distance to the eight nearest vertices in the texture (Shepard 1968).
+        Idw = "idw",
+        /// The nearest vertex in the texture.
+        Nearest = "nearest",
+    }
+}
+
+named! {
+    /// Treatment of the texels that vertices sample.
+    #[derive(Default)]
+    pub enum Texels {
+        /// Texels are fitted until sampling gives each vertex its exact height.
+        #[default]
+        Fitted = "fitted",
+        /// Texels stay as interpolated.
+        Interpolated = "interpolated",
+    }
+}
+
+/// A surface in the texture: where its corners lie there and which texels its triangles cover.
+#[derive(Clone, Copy, Debug)]
+pub struct TextureLayout<'a> {
+    /// Surface that is mapped to the texture.
+    pub surface: &'a Surface,
+    /// Texture coordinates of its corners.
+    pub atlas: &'a Atlas,
+    /// Triangle of each texel, for this surface and atlas.
+    pub coverage: &'a Coverage,
+}
+
+/// Spreads heights (#V, model units) over the texture; every texel gets one, inside charts and out.
+///
+/// All values lie between the lowest and the highest height.
+pub fn bake(
+    layout: TextureLayout,
+    heights: &[f64],
+    interpolation: Interpolation,
+    progress: &dyn Progress,
+) -> Result<HeightMap, Cancelled> {
+    let TextureLayout { surface, atlas, coverage } = layout;
+    let size = coverage.size();
+    progress.stage("interpolating");
+    let wedges = match interpolation {
+        Interpolation::Barycentric => atlas.outline(surface),
+        _ => (0..atlas.uvs().len() as Index).collect(),
+    };
+    let scatter = Scatter::new(atlas, heights, &wedges, interpolation);
+    let texels = per_texel(size, 0.0, progress, || {
+        let sampler = scatter.sampler();
+        let (scatter, surface) = (&scatter, &surface);
+        move |column, row| {
+            let uv = size.uv_from_texel(column, row);
+            let height = match interpolation {
+                Interpolation::Barycentric => match coverage.owner(column, row) {
+                    Some(t) => in_triangle(surface, heights, coverage.weights(t, column, row)),
+                    None => sampler.linear(uv),
+                },
+                Interpolation::Natural => sampler.natural(uv),
+                Interpolation::Idw => scatter.inverse_distance(uv),
+                Interpolation::Nearest => scatter.nearest(uv),
+            };
+            height as f32
+        }
+    })?;
+    Ok(HeightMap { size, texels })
+}
+
+/// Required accuracy of a fitted map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exactness {
+    /// Step between two values of the encoding, as a fraction of its range.
+    pub quantum: f64,
+    /// Largest error of a vertex after encoding, quanta; encoding alone takes half a quantum.
+    pub tolerance: f64,
+}
+
+impl Exactness {
+    /// Error at which the solver takes a sample as met, as a fraction of the range. Texels are in single precision whatever they
+    /// are encoded in.
+    fn residual(self) -> f64 {
+        self.quantum.max(f64::from(f32::EPSILON)) / 8.0
+    }
+    /// Largest error of a sample before encoding, as a fraction of the range.
+    fn allowed(self) -> f64 {
+        ((self.tolerance - 0.5) * self.quantum).max(self.residual())
+    }
+}
+
+/// Fits the texels of a map until each wedge samples the height of its vertex (#V, model units) to an eighth of a quantum, as
+/// far as the layout allows; texels may leave the range of the heights by a quarter of it.
+pub fn fit(
+    map: &mut HeightMap,
+    atlas: &Atlas,
+    heights: &[f64],
+    exactness: Exactness,
+    progress: &dyn Progress,
+) -> Result<fit::Missed, Cancelled> {
+    let mut samples = Vec::new();
+    for (vertex, wedges) in (0..).zip(atlas.wedges().iter()) {
+        samples.extend(wedges.iter().map(|&uv| fit::Sample {
+            uv: atlas.uvs()[uv as usize].as_vec2(),
+            height: heights[vertex as usize],
+            rank: if atlas.dominant(vertex) == Some(uv) { fit::Rank::Dominant } else { fit::Rank::Other },
+            on_seam: wedges.len() > 1,
+        }));
+    }
+    fit::fit(&mut map.texels, map.size, &samples, exactness, progress)
+}
+
+/// Interpolated height at barycentric coordinates of a triangle; rounding never takes it outside the heights at the corners.
+fn in_triangle(surface: &Surface, heights: &[f64], (triangle, weights): (Index, DVec3)) -> f64 {
+    let corners = surface.triangle_corners()[triangle as usize];
+    let h = DVec3::from(corners.map(|c| heights[surface.topology().vertex(c) as usize]));
+    h.dot(weights).clamp(h.min_element(), h.max_element())
+}
+
+/// Fills an image on all threads, row by row; `row_worker` makes the function that gives the texels of a row.
+fn per_texel<T, F>(
+    size: Size,
+    empty: T,
+    progress: &dyn Progress,
+    row_worker: impl Fn() -> F + Sync,
+) -> Result<Vec<T>, Cancelled>
+where
+    T: Copy + Send + Sync,
+    F: Fn(usize, usize) -> T,
+{
+    let mut texels = vec![empty; size.texels()];
+    let parts = Parts::new(progress, size.height as usize);
+    texels.par_chunks_mut(size.width as usize).enumerate().try_for_each(|(row, texels)| {
+        parts.run(|| {
+            let value = row_worker();
+            for (column, texel) in texels.iter_mut().enumerate() {
+                *texel = value(column, row);
+            }
+        })
+    })?;
+    Ok(texels)
+}
+
+#[cfg(test)]
+mod tests;

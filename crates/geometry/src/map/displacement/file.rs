@@ -1,0 +1,364 @@
+//! Texels as image files, and back.
+
+use crate::map::sampling::Size;
+use crate::named;
+use exr::prelude as openexr;
+use exr::prelude::{ReadChannels as _, ReadLayers as _, WritableImage as _};
+use half::f16;
+use image::{DynamicImage, ExtendedColorType, ImageFormat};
+use serde::{Deserialize, Serialize};
+use std::io::Cursor;
+use tiff::decoder::DecodingResult;
+use tiff::encoder::{Compression, DeflateLevel, TiffEncoder, colortype};
+
+named! {
+    /// File format of a displacement map.
+    pub enum FileFormat {
+        /// 8 or 16 bits of unsigned integers, linear.
+        Png = "png",
+        /// 16 (half) or 32 bits of floating point, in the channel Y, or in R, G and B.
+        Exr = "exr",
+        /// 16 bits of unsigned integers or 32 of floating point, linear.
+        Tiff = "tiff",
+    }
+}
+
+impl std::fmt::Display for FileFormat {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Png => "PNG",
+            Self::Exr => "EXR",
+            Self::Tiff => "TIFF",
+        })
+    }
+}
+
+impl FileFormat {
+    /// Extension of file names.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Png => "png",
+            Self::Exr => "exr",
+            Self::Tiff => "tif",
+        }
+    }
+    /// Media type of the format.
+    pub fn media_type(self) -> &'static str {
+        match self {
+            Self::Png => "image/png",
+            Self::Exr => "image/x-exr",
+            Self::Tiff => "image/tiff",
+        }
+    }
+}
+
+/// Format of a texel, and of the file that holds it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(into = "Parts", try_from = "Parts")]
+pub enum TexelFormat {
+    /// Integers of 8 bits.
+    Png8,
+    /// Integers of 16 bits.
+    #[default]
+    Png16,
+    /// Integers of 16 bits.
+    Tiff16,
+    /// Single precision.
+    Tiff32,
+    /// Half precision.
+    Exr16,
+    /// Single precision.
+    Exr32,
+}
+
+/// The same as two fields of a manifest.
+#[derive(Serialize, Deserialize)]
+struct Parts {
+    format: FileFormat,
+    bits: u32,
+}
+
+impl From<TexelFormat> for Parts {
+    fn from(texel: TexelFormat) -> Self {
+        Self { format: texel.file(), bits: texel.bits() }
+    }
+}
+
+impl TryFrom<Parts> for TexelFormat {
+    type Error = String;
+
+    fn try_from(Parts { format, bits }: Parts) -> Result<Self, String> {
+        Self::new(format, bits).ok_or_else(|| format!("field `bits`: there are no {bits}-bit texels in {format} files"))
+    }
+}
+
+/// Storage of numbers in 0..=1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Stored {
+    /// Numbers are i / n for i in 0..=n.
+    Integers(u16),
+    /// Numbers have 11 significant bits.
+    Half,
+    /// Numbers have 24 significant bits.
+    Single,
+}
+
+impl TexelFormat {
+    /// All formats.
+    pub const ALL: [Self; 6] = [Self::Png8, Self::Png16, Self::Tiff16, Self::Tiff32, Self::Exr16, Self::Exr32];
+
+    /// Finds the format with this file format and number of bits a channel; `None` if there is none.
+    pub fn new(file: FileFormat, bits: u32) -> Option<Self> {
+        Self::ALL.into_iter().find(|format| (format.file(), format.bits()) == (file, bits))
+    }
+    /// Format of the file.
+    pub fn file(self) -> FileFormat {
+        match self {
+            Self::Png8 | Self::Png16 => FileFormat::Png,
+            Self::Tiff16 | Self::Tiff32 => FileFormat::Tiff,
+            Self::Exr16 | Self::Exr32 => FileFormat::Exr,
+        }
+    }
+    /// Number of bits of a channel: 8, 16 or 32.
+    pub fn bits(self) -> u32 {
+        match self {
+            Self::Png8 => 8,
+            Self::Png16 | Self::Tiff16 | Self::Exr16 => 16,
+            Self::Tiff32 | Self::Exr32 => 32,
+        }
+    }
+    pub(super) fn stored(self) -> Stored {
+        match self {
+            Self::Png8 => Stored::Integers(255),
+            Self::Png16 | Self::Tiff16 => Stored::Integers(65535),
+            Self::Exr16 => Stored::Half,
+            Self::Tiff32 | Self::Exr32 => Stored::Single,
+        }
+    }
+}
+
+impl std::fmt::Display for TexelFormat {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let kind = match self.stored() {
+            Stored::Integers(_) => "bits",
+            Stored::Half | Stored::Single => "bits (floating point)",
+        };
+        write!(f, "{} {kind}", self.bits())
+    }
+}
+
+/// Reason why an image cannot be encoded.
+#[derive(Debug, thiserror::Error)]
+#[error("the image cannot be encoded: {0}")]
+pub struct EncodeError(String);
+
+impl EncodeError {
+    fn because(reason: &impl ToString) -> Self {
+        Self(reason.to_string())
+    }
+}
+
+/// Reasons why bytes are not the map that the manifest describes.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum DecodeError {
+    /// The bytes are another kind of file, or a damaged one.
+    #[error("not a readable {format} image: {reason}")]
+    Image {
+        /// Format that was expected.
+        format: &'static str,
+        /// Message of the decoder.
+        reason: String,
+    },
+    /// The image has another size or other texels than the manifest says.
+    #[error("holds {found}, but the manifest says {expected}")]
+    Texels {
+        /// Size and texels of the file.
+        found: String,
+        /// Size and texels according to the manifest.
+        expected: String,
+    },
+}
+
+/// Planes of an image, one for grey or three for colours; texels row by row from the top.
+pub(super) type Planes = Vec<Vec<f32>>;
+
+/// Writes one plane or three, whose values the format can represent.
+pub(super) fn encode(planes: &[Vec<f32>], size: Size, format: TexelFormat) -> Result<Vec<u8>, EncodeError> {
+    match format {
+        TexelFormat::Png8 => {
+            let colour = if planes.len() == 1 { ExtendedColorType::L8 } else { ExtendedColorType::Rgb8 };
+            png(&interleaved(planes, |t| (t * 255.0).round() as u8), size, colour)
+        }
+        TexelFormat::Png16 => {
+            let colour = if planes.len() == 1 { ExtendedColorType::L16 } else { ExtendedColorType::Rgb16 };
+            let texels = interleaved(planes, |t| ((t * 65535.0).round() as u16).to_ne_bytes());
+            png(texels.as_flattened(), size, colour)
+        }
+        TexelFormat::Tiff16 => {
+            let texels = interleaved(planes, |t| (t * 65535.0).round() as u16);
+            if planes.len() == 1 {
+                tiff::<colortype::Gray16>(&texels, size)
+            } else {
+                tiff::<colortype::RGB16>(&texels, size)
+            }
+        }
+        TexelFormat::Tiff32 => {
+            let texels = interleaved(planes, |t| t);
+            if planes.len() == 1 {
+                tiff::<colortype::Gray32Float>(&texels, size)
+            } else {
+                tiff::<colortype::RGB32Float>(&texels, size)
+            }
+        }
+        TexelFormat::Exr16 => {
+            let half = |plane: &Vec<f32>| plane.iter().map(|t| f16::from_f32(*t)).collect();
+            exr(planes.iter().map(|plane| openexr::FlatSamples::F16(half(plane))), size)
+        }
+        TexelFormat::Exr32 => exr(planes.iter().map(|plane| openexr::FlatSamples::F32(plane.clone())), size),
+    }
+}
+
+/// Reads a number of planes and checks that the file has the expected size and texels.
+pub(super) fn decode(bytes: &[u8], planes: usize, size: Size, format: TexelFormat) -> Result<Planes, DecodeError> {
+    let found = match format.file() {
+        FileFormat::Png => decode_png(bytes, planes)?,
+        FileFormat::Exr => decode_exr(bytes, planes)?,
+        FileFormat::Tiff => decode_tiff(bytes, planes, size)?,
+    };
+    let say = |size: Size, format: TexelFormat| format!("{} × {} texels of {format}", size.width, size.height);
+    if (found.size, found.format) != (size, format) {
+        return Err(DecodeError::Texels { found: say(found.size, found.format), expected: say(size, format) });
+    }
+    Ok(found.planes)
+}
+
+struct Decoded {
+    size: Size,
+    format: TexelFormat,
+    planes: Planes,
+}
+
+fn interleaved<T>(planes: &[Vec<f32>], convert: impl Fn(f32) -> T) -> Vec<T> {
+    let texels = planes.first().map_or(0, Vec::len);
+    (0..texels).flat_map(|i| planes.iter().map(move |plane| plane[i])).map(convert).collect()
+}
+
+/// The first `planes` of `channels` channels. Grey stands for all three colours where these are asked for: an editor
+/// may have dropped two equal ones.
+fn deinterleaved<T: Copy>(samples: &[T], channels: usize, planes: usize, convert: impl Fn(T) -> f32) -> Planes {
+    // Grey with opacity is the one case of two channels.
+    let colours = if channels < 3 { 1 } else { 3 };
+    let plane = |k: usize| samples.iter().skip(k.min(colours - 1)).step_by(channels).map(|t| convert(*t)).collect();
+    (0..planes).map(plane).collect()
+}
+
+/// A PNG without gamma or colour profile; compressed fast, because noise hardly compresses.
+pub(crate) fn png(bytes: &[u8], size: Size, colour: ExtendedColorType) -> Result<Vec<u8>, EncodeError> {
+    use image::ImageEncoder as _;
+    use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+    let mut out = Vec::new();
+    let encoder = PngEncoder::new_with_quality(&mut out, CompressionType::Fast, FilterType::Adaptive);
+    encoder.write_image(bytes, size.width, size.height, colour).map_err(|e| EncodeError::because(&e))?;
+    Ok(out)
+}
+
+fn exr(planes: impl Iterator<Item = openexr::FlatSamples>, size: Size) -> Result<Vec<u8>, EncodeError> {
+    let planes: Vec<_> = planes.collect();
+    let names: &[&str] = if planes.len() == 1 { &["Y"] } else { &["R", "G", "B"] };
+    let channels = names.iter().zip(planes).map(|(name, samples)| openexr::AnyChannel::new(*name, samples)).collect();
+    let layer = openexr::Layer::new(
+        (size.width as usize, size.height as usize),
+        openexr::LayerAttributes::default(),
+        openexr::Encoding {
+            compression: openexr::Compression::ZIP16,
+            blocks: openexr::Blocks::ScanLines,
+            line_order: openexr::LineOrder::Increasing,
+        },
+        openexr::AnyChannels::sort(channels),
+    );
+    let mut out = Cursor::new(Vec::new());
+    openexr::Image::from_layer(layer).write().to_buffered(&mut out).map_err(|e| EncodeError::because(&e))?;
+    Ok(out.into_inner())
+}
+
+fn tiff<C: colortype::ColorType>(texels: &[C::Inner], size: Size) -> Result<Vec<u8>, EncodeError>
+where
+    [C::Inner]: tiff::encoder::TiffValue,
+{
+    let mut out = Cursor::new(Vec::new());
+    let encoder = TiffEncoder::new(&mut out).map_err(|e| EncodeError::because(&e))?;
+    let mut encoder = encoder.with_compression(Compression::Deflate(DeflateLevel::Fast));
+    encoder.write_image::<C>(size.width, size.height, texels).map_err(|e| EncodeError::because(&e))?;
+    Ok(out.into_inner())
+}
+
+fn decode_png(bytes: &[u8], planes: usize) -> Result<Decoded, DecodeError> {
+    let failed = |e: image::ImageError| DecodeError::Image { format: "PNG", reason: e.to_string() };
+    let mut reader = image::ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
+    // Sizes are checked against the manifest, whose own are bounded.
+    reader.no_limits();
+    let image = reader.decode().map_err(failed)?;
+    let size = Size { width: image.width(), height: image.height() };
+    // Unsigned normalised integers become floats as on GPUs: the nearest one to i / (2ᵇ − 1).
+    let sixteen =
+        |samples: &[u16], channels| deinterleaved(samples, channels, planes, |t| (f64::from(t) / 65535.0) as f32);
+    let eight = |samples: &[u8], channels| deinterleaved(samples, channels, planes, |t| (f64::from(t) / 255.0) as f32);
+    // An editor may have saved the grey image in colour; a shader would read red.
+    let (format, planes) = match &image {
+        DynamicImage::ImageLuma16(i) => (TexelFormat::Png16, sixteen(i, 1)),
+        DynamicImage::ImageLumaA16(i) => (TexelFormat::Png16, sixteen(i, 2)),
+        DynamicImage::ImageRgb16(i) => (TexelFormat::Png16, sixteen(i, 3)),
+        DynamicImage::ImageRgba16(i) => (TexelFormat::Png16, sixteen(i, 4)),
+        DynamicImage::ImageLuma8(i) => (TexelFormat::Png8, eight(i, 1)),
+        DynamicImage::ImageLumaA8(i) => (TexelFormat::Png8, eight(i, 2)),
+        DynamicImage::ImageRgb8(i) => (TexelFormat::Png8, eight(i, 3)),
+        other => (TexelFormat::Png8, eight(&other.to_rgba8(), 4)),
+    };
+    Ok(Decoded { size, format, planes })
+}
+
+fn decode_exr(bytes: &[u8], planes: usize) -> Result<Decoded, DecodeError> {
+    let failed = |reason: String| DecodeError::Image { format: "EXR", reason };
+    let reader =
+        openexr::read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
+    let image = reader.from_buffered(Cursor::new(bytes)).map_err(|e| failed(e.to_string()))?;
+    let size = image.layer_data.size;
+    let size = Size { width: size.width() as u32, height: size.height() as u32 };
+    let channels = &image.layer_data.channel_data.list;
+    let named = |name: &str| channels.iter().find(|c| c.name.eq_case_insensitive(name));
+    let found = if planes == 1 {
+        named("Y").or_else(|| named("R")).map(|c| vec![c]).ok_or("there is no channel Y or R")
+    } else {
+        ["R", "G", "B"].into_iter().map(named).collect::<Option<Vec<_>>>().ok_or("there are no channels R, G and B")
+    };
+    let found = found.map_err(|reason| failed(reason.to_owned()))?;
+    let is_half = found.iter().all(|c| matches!(c.sample_data, openexr::FlatSamples::F16(_)));
+    let format = if is_half { TexelFormat::Exr16 } else { TexelFormat::Exr32 };
+    Ok(Decoded { size, format, planes: found.iter().map(|c| c.sample_data.values_as_f32().collect()).collect() })
+}
+
+fn decode_tiff(bytes: &[u8], planes: usize, expected: Size) -> Result<Decoded, DecodeError> {
+    let failed = |e: tiff::TiffError| DecodeError::Image { format: "TIFF", reason: e.to_string() };
+    let decoder = tiff::decoder::Decoder::new(Cursor::new(bytes)).map_err(failed)?;
+    let mut decoder = decoder.with_limits(tiff::decoder::Limits::unlimited());
+    let (width, height) = decoder.dimensions().map_err(failed)?;
+    let size = Size { width, height };
+    if size != expected {
+        // Before any memory is asked for: a few bytes may claim any size.
+        let say = |size: Size| format!("{} × {} texels", size.width, size.height);
+        return Err(DecodeError::Texels { found: say(size), expected: say(expected) });
+    }
+    let channels = usize::from(decoder.colortype().map_err(failed)?.num_samples());
+    let (format, planes) = match decoder.read_image().map_err(failed)? {
+        DecodingResult::U16(samples) => {
+            let unit = |t: u16| (f64::from(t) / 65535.0) as f32;
+            (TexelFormat::Tiff16, deinterleaved(&samples, channels, planes, unit))
+        }
+        DecodingResult::F32(samples) => (TexelFormat::Tiff32, deinterleaved(&samples, channels, planes, |t| t)),
+        _ => {
+            let reason = "its texels are neither 16-bit integers nor 32-bit floats".to_owned();
+            return Err(DecodeError::Image { format: "TIFF", reason });
+        }
+    };
+    Ok(Decoded { size, format, planes })
+}

@@ -1,0 +1,237 @@
+//! Rasterisation of a texture layout: which triangle each texel belongs to.
+//!
+//! A texel belongs to a triangle if its centre lies inside; a centre exactly on an edge belongs to the triangle for
+//! which the edge is a top edge (horizontal, above the triangle) or a left edge, as on GPUs. Signs are exact
+//! (Shewchuk's adaptive predicates), so of two triangles that share an edge exactly one gets each centre on it.
+
+use super::Size;
+use crate::mesh::atlas::Atlas;
+use crate::mesh::jagged::{Index, Ragged};
+use crate::mesh::surface::Surface;
+use crate::progress::{Cancelled, Parts, Progress};
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+use robust::{Coord, orient2d};
+
+/// Number of rows that one thread rasterises at a time.
+const BAND: usize = 16;
+
+/// The triangle of each texel.
+#[derive(Clone, Debug)]
+pub struct Coverage {
+    size: Size,
+    /// Corners of each triangle in texel space; `None` for a triangle without texture coordinates. #T
+    triangles: Vec<Option<[DVec2; 3]>>,
+    owners: Vec<Index>,
+    overlaps: usize,
+}
+
+impl Coverage {
+    const NOBODY: Index = Index::MAX;
+
+    /// Rasterises the layout of a surface. Where triangles overlap, the first one wins.
+    pub fn new(surface: &Surface, atlas: &Atlas, size: Size, progress: &dyn Progress) -> Result<Self, Cancelled> {
+        progress.stage("rasterising");
+        let place = |c: &Index| atlas.at_corner(*c).map(|uv| size.texel_from_uv(uv));
+        let triangle = |t: &[Index; 3]| Some([place(&t[0])?, place(&t[1])?, place(&t[2])?]);
+        let triangles: Vec<_> = surface.triangle_corners().par_iter().map(triangle).collect();
+        Self::of_triangles(triangles, size, progress)
+    }
+
+    fn of_triangles(
+        triangles: Vec<Option<[DVec2; 3]>>,
+        size: Size,
+        progress: &dyn Progress,
+    ) -> Result<Self, Cancelled> {
+        let bands = (size.height as usize).div_ceil(BAND);
+        let in_bands = triangles.iter().zip(0..).filter_map(|(t, i)| Some((t.as_ref()?, i))).flat_map(|(t, i)| {
+            let rows = rows_of(t, size);
+            let bands = if rows.is_empty() { 0..0 } else { rows.start / BAND..(rows.end - 1) / BAND + 1 };
+            bands.map(move |band| (band as Index, i))
+        });
+        let by_band = Ragged::group(bands, in_bands);
+        let mut owners = vec![Self::NOBODY; size.texels()];
+        let parts = Parts::new(progress, bands);
+        let overlaps = owners
+            .par_chunks_mut(size.width as usize * BAND)
+            .enumerate()
+            .map(|(band, owners)| {
+                parts.run(|| {
+                    let members = by_band.get(band as Index);
+                    let drawn = members.iter().map(|&i| match &triangles[i as usize] {
+                        Some(t) => draw(t, i, band * BAND, owners, size),
+                        None => 0,
+                    });
+                    drawn.sum::<usize>()
+                })
+            })
+            .sum::<Result<usize, Cancelled>>()?;
+        Ok(Self { size, triangles, owners, overlaps })
+    }
+
+    /// Size of the image.
+    pub fn size(&self) -> Size {
+        self.size
+    }
+    /// Triangle that covers a texel.
+    pub fn owner(&self, column: usize, row: usize) -> Option<Index> {
+        let owner = self.owners[row * self.size.width as usize + column];
+        (owner != Self::NOBODY).then_some(owner)
+    }
+    /// A triangle with the barycentric coordinates of a texel's centre in it.
+    pub fn weights(&self, triangle: Index, column: usize, row: usize) -> (Index, DVec3) {
+        // Only triangles with corners own texels.
+        let [a, b, c] = self.triangles[triangle as usize].unwrap_or_default();
+        let p = DVec2::new(column as f64, row as f64) + 0.5;
+        let area = (b - a).perp_dot(c - a);
+        let (wa, wb) = ((b - p).perp_dot(c - p) / area, (c - p).perp_dot(a - p) / area);
+        (triangle, DVec3::new(wa, wb, 1.0 - wa - wb))
+    }
+    /// Number of times that a texel's centre lay in a further triangle besides the first.
+    pub fn overlaps(&self) -> usize {
+        self.overlaps
+    }
+    /// Fraction of the texels that lie in charts, 0..=1.
+    pub fn share(&self) -> f64 {
+        let owned = self.owners.iter().filter(|&&owner| owner != Self::NOBODY).count();
+        owned as f64 / self.size.texels() as f64
+    }
+}
+
+/// Indices whose centre can lie in a range of coordinates.
+fn centres(low: f64, high: f64, count: u32) -> std::ops::Range<usize> {
+    // Saturating: texture coordinates may be anything finite.
+    let first = (low - 0.5).ceil().max(0.0) as usize;
+    let end = ((high - 0.5).floor() + 1.0).clamp(0.0, f64::from(count)) as usize;
+    first.min(end)..end
+}
+
+fn rows_of(t: &[DVec2; 3], size: Size) -> std::ops::Range<usize> {
+    let [a, b, c] = t.map(|p| p.y);
+    centres(a.min(b).min(c), a.max(b).max(c), size.height)
+}
+
+/// Gives the free texels of a band to a triangle and returns how many of its texels were taken already.
+fn draw(t: &[DVec2; 3], index: Index, first_row: usize, owners: &mut [Index], size: Size) -> usize {
+    let side = |a: DVec2, b: DVec2, p: DVec2| orient2d(coord(a), coord(b), coord(p));
+    let [a, mut b, mut c] = *t;
+    let turn = side(a, b, c);
+    if turn == 0.0 {
+        return 0;
+    }
+    if turn < 0.0 {
+        (b, c) = (c, b);
+    }
+    // Clockwise on the screen now: an edge to the right is a top edge, one upwards a left edge.
+    let edges = [(a, b), (b, c), (c, a)].map(|(a, b)| {
+        let d = b - a;
+        (a, b, d.y < 0.0 || (d.y == 0.0 && d.x > 0.0))
+    });
+    let inside = |p: DVec2| {
+        edges.iter().all(|&(a, b, owns_its_line)| {
+            let side = side(a, b, p);
+            side > 0.0 || (side == 0.0 && owns_its_line)
+        })
+    };
+    let band_rows = owners.len() / size.width as usize;
+    let rows = rows_of(t, size);
+    let columns = centres(a.x.min(b.x).min(c.x), a.x.max(b.x).max(c.x), size.width);
+    let mut taken = 0;
+    for row in rows.start.max(first_row)..rows.end.min(first_row + band_rows) {
+        for column in columns.clone() {
+            if inside(DVec2::new(column as f64, row as f64) + 0.5) {
+                let owner = &mut owners[(row - first_row) * size.width as usize + column];
+                if *owner == Coverage::NOBODY {
+                    *owner = index;
+                } else {
+                    taken += 1;
+                }
+            }
+        }
+    }
+    taken
+}
+
+fn coord(p: DVec2) -> Coord<f64> {
+    Coord { x: p.x, y: p.y }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+
+    fn coverage(triangles: &[[[f64; 2]; 3]], size: u32) -> Coverage {
+        let triangles = triangles.iter().map(|t| Some(t.map(DVec2::from))).collect();
+        Coverage::of_triangles(triangles, Size::square(size), &Silent).unwrap()
+    }
+
+    fn owned(coverage: &Coverage, triangle: Index) -> Vec<(usize, usize)> {
+        let n = coverage.size.width as usize;
+        let all = (0..n * n).map(|i| (i % n, i / n));
+        all.filter(|&(column, row)| coverage.owner(column, row) == Some(triangle)).collect()
+    }
+
+    #[test]
+    fn centres_on_top_and_left_edges_are_in_and_on_others_are_not() {
+        // Its corners are the centres of texels (0, 0), (2, 0) and (0, 2).
+        let triangle = [[0.5, 0.5], [2.5, 0.5], [0.5, 2.5]];
+        let [a, b, c] = triangle;
+        let expected = vec![(0, 0), (1, 0), (0, 1)];
+        for turned in [[a, b, c], [b, c, a], [a, c, b]] {
+            assert_eq!(owned(&coverage(&[turned], 4), 0), expected);
+        }
+    }
+
+    #[test]
+    fn a_fan_around_a_centre_covers_each_texel_once() {
+        let rim = [[0.5, 0.5], [3.5, 0.5], [6.5, 0.5], [6.5, 3.5], [6.5, 6.5], [3.5, 6.5], [0.5, 6.5], [0.5, 3.5]];
+        let fan: Vec<_> = (0..8).map(|k| [[3.5, 3.5], rim[k], rim[(k + 1) % 8]]).collect();
+        let found = coverage(&fan, 8);
+        let total: usize = (0..8).map(|t| owned(&found, t).len()).sum();
+        // A square of six by six texels: its top and left borders are in, the others out.
+        assert_eq!((total, found.overlaps()), (36, 0));
+    }
+
+    #[test]
+    fn an_odd_grid_is_covered_exactly_once() {
+        // Coordinates that are not representable, shared by neighbours.
+        let at = |i: usize, j: usize| [8.0 * (i as f64 / 7.0), 8.0 * (j as f64 / 7.0 + 0.01 * (i as f64).sin())];
+        let mut triangles = Vec::new();
+        for (i, j) in (0..7).flat_map(|i| (0..7).map(move |j| (i, j))) {
+            triangles.push([at(i, j), at(i + 1, j), at(i + 1, j + 1)]);
+            triangles.push([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
+        }
+        let found = coverage(&triangles, 8);
+        assert_eq!(found.overlaps(), 0);
+        assert_eq!(found.share(), 1.0);
+    }
+
+    #[test]
+    fn overlaps_are_counted_and_the_first_wins() {
+        let t = [[0.0, 0.0], [4.0, 0.0], [0.0, 4.0]];
+        let found = coverage(&[t, t], 4);
+        assert_eq!(owned(&found, 0).len(), found.overlaps());
+        assert!(owned(&found, 1).is_empty());
+    }
+
+    #[test]
+    fn triangles_outside_the_image_do_no_harm() {
+        let found =
+            coverage(&[[[-9.0, -9.0], [1e30, -5.0], [-9.0, 1e30]], [[50.0, 50.0], [60.0, 50.0], [50.0, 60.0]]], 4);
+        assert_eq!(found.share(), 1.0);
+    }
+
+    #[test]
+    fn weights_reproduce_the_centre() {
+        let t = [[0.3, 0.1], [7.7, 1.9], [2.2, 7.4]];
+        let found = coverage(&[t], 8);
+        for (column, row) in owned(&found, 0) {
+            let (_, w) = found.weights(0, column, row);
+            let p = t.map(DVec2::from);
+            let centre = p[0] * w.x + p[1] * w.y + p[2] * w.z;
+            assert!(centre.distance(DVec2::new(column as f64, row as f64) + 0.5) < 1e-13);
+            assert!(w.min_element() >= 0.0);
+        }
+    }
+}

@@ -1,0 +1,211 @@
+//! MikkTSpace tangent frames (Mikkelsen 2008), block by block on all threads.
+//!
+//! The frame of a corner depends on the triangles around its vertex alone, and is a sum over them in their order. So a
+//! block of triangles together with all that touch it gives the very bits that the whole mesh gives. (Only a triangle
+//! without area in the texture takes over the orientation of whatever neighbour comes first, which a block may see
+//! differently.)
+
+use crate::mesh::atlas::Atlas;
+use crate::mesh::jagged::{Index, Ragged};
+use crate::mesh::surface::Surface;
+use bevy_mikktspace::{Geometry, TangentSpace};
+use glam::{DVec2, DVec3, Vec3};
+use rayon::prelude::*;
+
+/// Triangles of a block, about; few enough to stay in a core's cache.
+const BLOCK: usize = 16_384;
+
+/// Tangent at a corner and the side on which the bitangent lies.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tangent {
+    /// Unit, along increasing u.
+    pub tangent: Vec3,
+    /// 1 or −1: the bitangent is sign · n × t, along increasing v (up).
+    pub sign: f32,
+}
+
+impl Tangent {
+    /// Tangent, bitangent and normal.
+    pub fn frame(self, normal: Vec3) -> [Vec3; 3] {
+        [self.tangent, normal.cross(self.tangent) * self.sign, normal]
+    }
+}
+
+/// One frame for each vertex, so that no seam cuts it: of the corners at the dominant uv vertex, the sum of the
+/// tangents (#T×3) that agree with the first one about the sign, made perpendicular to the normal (#V×3, unit). #V
+pub fn at_vertices(
+    surface: &Surface,
+    atlas: &Atlas,
+    vertex_normals: &[Vec3],
+    tangents: &[[Tangent; 3]],
+) -> Vec<Tangent> {
+    let mut sums = vec![Tangent { tangent: Vec3::ZERO, sign: 0.0 }; vertex_normals.len()];
+    for (corners, frames) in surface.triangle_corners().iter().zip(tangents) {
+        for (&corner, frame) in corners.iter().zip(frames) {
+            let v = surface.topology().vertex(corner);
+            if atlas.corner_uv(corner) != atlas.dominant(v) {
+                continue;
+            }
+            let sum = &mut sums[v as usize];
+            if sum.sign == 0.0 {
+                sum.sign = frame.sign;
+            }
+            if sum.sign == frame.sign {
+                sum.tangent += frame.tangent;
+            }
+        }
+    }
+    let finish = |(sum, n): (Tangent, &Vec3)| {
+        let flat = (sum.tangent - *n * n.dot(sum.tangent)).try_normalize();
+        // Where nothing is known any direction does, as long as it is always the same one.
+        let tangent = flat.unwrap_or_else(|| if *n == Vec3::ZERO { Vec3::X } else { n.any_orthonormal_vector() });
+        Tangent { tangent, sign: if sum.sign == 0.0 { 1.0 } else { sum.sign } }
+    };
+    sums.into_iter().zip(vertex_normals).map(finish).collect()
+}
+
+/// MikkTSpace tangents at the corners of each triangle, with the normals that the vertices carry (#V×3, unit). #T×3
+pub fn tangents(surface: &Surface, atlas: &Atlas, vertex_normals: &[Vec3]) -> Vec<[Tangent; 3]> {
+    in_blocks(surface, atlas, vertex_normals, BLOCK)
+}
+
+fn in_blocks(surface: &Surface, atlas: &Atlas, vertex_normals: &[Vec3], size: usize) -> Vec<[Tangent; 3]> {
+    let [low, high] = surface.bounds();
+    // Far from the origin single precision would leave nothing of an edge.
+    let centre = (low + high) / 2.0;
+    let blocks = blocks(surface, atlas, size);
+    let of_block = |block: Index| {
+        let own = blocks.get(block);
+        let triangles = with_neighbours(surface, own);
+        let mut frames = Frames::new(&triangles, surface, atlas, vertex_normals, centre);
+        // The error type has no values.
+        let _ = bevy_mikktspace::generate_tangents(&mut frames);
+        let place = |t: &Index| triangles.binary_search(t).map_or([Tangent::default(); 3], |i| frames.tangents[i]);
+        own.iter().map(place).collect::<Vec<_>>()
+    };
+    let found: Vec<Vec<[Tangent; 3]>> = (0..blocks.len() as Index).into_par_iter().map(of_block).collect();
+    let mut tangents = vec![[Tangent::default(); 3]; surface.triangle_corners().len()];
+    for (&t, of_triangle) in blocks.items().iter().zip(found.into_iter().flatten()) {
+        tangents[t as usize] = of_triangle;
+    }
+    tangents
+}
+
+/// Sorts triangles by a grid over the texture, where neighbours are near each other whatever their order in the file.
+fn blocks(surface: &Surface, atlas: &Atlas, size: usize) -> Ragged<Index> {
+    let triangles = surface.triangle_corners();
+    let side = (triangles.len() as f64 / size as f64).sqrt().ceil().max(1.0);
+    let cell = |t: &[Index; 3]| {
+        let uv = atlas.at_corner(t[0]).unwrap_or_default();
+        // Saturating: places outside the unit square belong to the cells at its border.
+        let at = (uv * side).clamp(DVec2::ZERO, DVec2::splat(side - 1.0));
+        at.y as Index * side as Index + at.x as Index
+    };
+    Ragged::group((side * side) as usize, triangles.iter().zip(0..).map(|(t, i)| (cell(t), i)))
+}
+
+/// Triangles that share a vertex with one of these, and these; ascending.
+fn with_neighbours(surface: &Surface, own: &[Index]) -> Vec<Index> {
+    let topology = surface.topology();
+    let mut vertices: Vec<Index> =
+        own.iter().flat_map(|&t| surface.triangle_corners()[t as usize].map(|c| topology.vertex(c))).collect();
+    vertices.sort_unstable();
+    vertices.dedup();
+    // A face with n corners has n − 2 triangles, one after the other.
+    let of_face = |face: Index| {
+        let corners = topology.faces().range(face);
+        (corners.start - 2 * face as usize) as Index..(corners.end - 2 * (face as usize + 1)) as Index
+    };
+    let mut all: Vec<Index> =
+        vertices.iter().flat_map(|&v| topology.corners(v)).flat_map(|&c| of_face(topology.face(c))).collect();
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+/// Triangles as MikkTSpace asks for them, many times over.
+struct Frames {
+    corners: Vec<[Corner; 3]>,
+    tangents: Vec<[Tangent; 3]>,
+}
+
+#[derive(Clone, Copy)]
+struct Corner {
+    position: [f32; 3],
+    normal: [f32; 3],
+    uv: [f32; 2],
+}
+
+impl Frames {
+    fn new(triangles: &[Index], surface: &Surface, atlas: &Atlas, vertex_normals: &[Vec3], centre: DVec3) -> Self {
+        let corner = |c: Index| Corner {
+            position: (surface.at_corner(c) - centre).as_vec3().to_array(),
+            normal: vertex_normals[surface.topology().vertex(c) as usize].to_array(),
+            uv: atlas.at_corner(c).unwrap_or_default().as_vec2().to_array(),
+        };
+        let corners = triangles.iter().map(|&t| surface.triangle_corners()[t as usize].map(corner)).collect();
+        Self { corners, tangents: vec![[Tangent::default(); 3]; triangles.len()] }
+    }
+}
+
+impl Geometry for Frames {
+    fn num_faces(&self) -> usize {
+        self.corners.len()
+    }
+    fn num_vertices_of_face(&self, _: usize) -> usize {
+        3
+    }
+    fn position(&self, face: usize, k: usize) -> [f32; 3] {
+        self.corners[face][k].position
+    }
+    fn normal(&self, face: usize, k: usize) -> [f32; 3] {
+        self.corners[face][k].normal
+    }
+    fn tex_coord(&self, face: usize, k: usize) -> [f32; 2] {
+        self.corners[face][k].uv
+    }
+    fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, k: usize) {
+        let [x, y, z, sign] = space.unwrap_or_default().tangent_encoded();
+        self.tangents[face][k] = Tangent { tangent: Vec3::new(x, y, z), sign };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::normals::{FaceWeight, vertex_normals};
+    use crate::mesh::polygon;
+    use crate::mesh::shapes;
+
+    #[test]
+    fn blocks_give_the_bits_of_the_whole() {
+        // A bumpy sphere under a cylindrical projection that is mirrored on one half, so that signs differ, with
+        // three seams.
+        let sphere = shapes::dented_sphere(3);
+        let normals: Vec<Vec3> = vertex_normals(&sphere, FaceWeight::Angle).iter().map(|n| n.as_vec3()).collect();
+        let corners = 0..sphere.topology().faces().items().len() as Index;
+        let uv = |c: Index| {
+            let p = sphere.at_corner(c);
+            let [a, b, d] = [0, 1, 2].map(|k| sphere.at_corner(c / 3 * 3 + k));
+            let third = (polygon::newell([a, b, d].into_iter()).x * 1e3).round().rem_euclid(3.0);
+            DVec2::new(p.x.abs() * 0.3 + 0.33 * third, p.y * 0.4 + 0.5)
+        };
+        let uvs: Vec<_> = corners.clone().map(uv).collect();
+        let atlas = Atlas::new(&sphere, &uvs, corners.map(Some)).unwrap();
+        let whole = in_blocks(&sphere, &atlas, &normals, usize::MAX);
+        let signs = |sign: f32| whole.iter().filter(|t| t[0].sign == sign).count();
+        assert!(signs(1.0) > 300 && signs(-1.0) > 300);
+        for size in [10, 100] {
+            assert!(in_blocks(&sphere, &atlas, &normals, size) == whole, "{size}");
+        }
+    }
+
+    #[test]
+    fn polygons_have_all_their_triangles() {
+        let cube = shapes::cube();
+        assert_eq!(
+            with_neighbours(&cube, &[0]),
+            (0..12).filter(|t| ![2, 3].contains(t)).collect::<Vec<_>>().as_slice()
+        );
+    }
+}

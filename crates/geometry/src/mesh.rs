@@ -1,0 +1,17 @@
+//! Surfaces: who touches whom, where vertices lie, normals, Laplacians, and the layout of texture coordinates.
+//!
+//! Faces and corners have one order in all of these. A corner names a vertex in [`topology::Topology`], which is closed across
+//! seams, and a uv vertex in [`atlas::Atlas`], where charts are cut.
+
+pub mod atlas;
+pub mod csr;
+pub mod jagged;
+pub mod laplacian;
+pub mod normals;
+pub mod polygon;
+pub mod shapes;
+pub mod surface;
+pub mod synthetic_noise;
+pub mod topology;
+pub(crate) mod union_find;
+pub mod weld;

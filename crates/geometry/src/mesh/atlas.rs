@@ -1,0 +1,274 @@
+//! The same faces laid out in texture space.
+
+use crate::mesh::jagged::{Index, Ragged};
+use crate::mesh::surface::Surface;
+use crate::mesh::topology::EdgeKind;
+use crate::mesh::union_find::UnionFind;
+use glam::DVec2;
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+/// Why there is no layout.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum AtlasError {
+    /// No corner names a uv vertex.
+    #[error("the mesh has no texture coordinates (no face names a `vt`)")]
+    NoUvs,
+    /// A face uses a uv vertex that is not finite.
+    #[error("texture coordinate {uv} is not finite")]
+    NonFinite {
+        /// Index of the texture coordinates, from 0.
+        uv: Index,
+    },
+}
+
+/// UV layout of a surface: which uv vertex each corner names, and what follows from that.
+///
+/// uv vertices are known by their first index in the source: equal coordinates are one.
+#[derive(Clone, Debug)]
+pub struct Atlas {
+    uvs: Vec<DVec2>,
+    corner_uvs: Vec<Index>,
+    wedges: Ragged<Index>,
+    dominant: Vec<Index>,
+}
+
+/// Counts that describe a layout.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Charts {
+    /// Pieces of the layout that hang together along edges.
+    pub charts: usize,
+    /// Edges whose two faces name different uv vertices.
+    pub seam_edges: usize,
+    /// Vertices with more than one wedge.
+    pub seam_vertices: usize,
+    /// Faces without texture coordinates at one corner or more.
+    pub unmapped_faces: usize,
+}
+
+impl Atlas {
+    const ABSENT: Index = Index::MAX;
+
+    /// Lays a surface out. `uvs` are those of the source (v up), `corner_uvs` names one for each corner of the topology.
+    pub fn new(
+        surface: &Surface,
+        uvs: &[DVec2],
+        corner_uvs: impl Iterator<Item = Option<Index>>,
+    ) -> Result<Self, AtlasError> {
+        let canonical = first_of_equals(uvs);
+        let corner_uvs: Vec<Index> =
+            corner_uvs.map(|uv| uv.map_or(Self::ABSENT, |uv| canonical[uv as usize])).collect();
+        assert_eq!(corner_uvs.len(), surface.topology().faces().items().len(), "one uv vertex for each corner");
+        let mut used = corner_uvs.iter().copied().filter(|&uv| uv != Self::ABSENT).peekable();
+        if used.peek().is_none() {
+            return Err(AtlasError::NoUvs);
+        }
+        if let Some(uv) = used.find(|&uv| !uvs[uv as usize].is_finite()) {
+            return Err(AtlasError::NonFinite { uv });
+        }
+        let mut atlas = Self { uvs: uvs.to_vec(), corner_uvs, wedges: Ragged::default(), dominant: Vec::new() };
+        atlas.find_wedges(surface);
+        Ok(atlas)
+    }
+
+    /// Finds the uv vertices of each vertex, and of those the dominant one.
+    fn find_wedges(&mut self, surface: &Surface) {
+        let topology = surface.topology();
+        let faces = (0..topology.faces().len() as Index).into_par_iter();
+        let areas: Vec<f64> = faces.map(|f| self.face_area(surface, f).map_or(0.0, f64::abs)).collect();
+        let wedges_of = |v: Index, named: &mut Vec<(Index, Index)>, wedges: &mut Ragged<Index>| {
+            let corners = topology.corners(v).iter().map(|&c| (self.corner_uvs[c as usize], c));
+            named.clear();
+            named.extend(corners.filter(|(uv, _)| *uv != Self::ABSENT));
+            named.sort_unstable();
+            let mut best = (false, f64::NEG_INFINITY, Self::ABSENT);
+            for same in named.chunk_by(|a, b| a.0 == b.0) {
+                let uv = same[0].0;
+                let area: f64 = same.iter().map(|&(_, c)| areas[topology.face(c) as usize]).sum();
+                let inside = in_unit_square(self.uvs[uv as usize]);
+                // Strictly better: of equals the lower index, which comes first, stays.
+                if (inside && !best.0) || (inside == best.0 && area > best.1) {
+                    best = (inside, area, uv);
+                }
+                wedges.extend_open(uv);
+            }
+            wedges.close();
+            best.2
+        };
+        let vertices: Vec<Index> = (0..topology.vertex_count() as Index).collect();
+        let chunks = vertices.par_chunks(8192).map(|chunk| {
+            let (mut named, mut wedges) = (Vec::new(), Ragged::default());
+            let dominant: Vec<Index> = chunk.iter().map(|&v| wedges_of(v, &mut named, &mut wedges)).collect();
+            (wedges, dominant)
+        });
+        let (mut all, mut dominant) = (Ragged::default(), Vec::with_capacity(vertices.len()));
+        for (wedges, of_chunk) in chunks.collect::<Vec<_>>() {
+            all.append(&wedges);
+            dominant.extend(of_chunk);
+        }
+        (self.wedges, self.dominant) = (all, dominant);
+    }
+
+    /// Name of the rule behind [`Self::dominant`], as manifests have it.
+    pub const DOMINANT_RULE: &str = "inside-unit-square, largest-uv-area, lowest-vt-index";
+
+    /// The one uv vertex at which all wedges of a vertex sample, so that they all get the same height.
+    ///
+    /// Rule: first those inside the unit square, then the one whose faces have the largest sum of areas in the
+    /// texture (that is where the map is finest), then the lowest index. None where no face of the vertex has
+    /// texture coordinates.
+    pub fn dominant(&self, vertex: Index) -> Option<Index> {
+        let uv = self.dominant[vertex as usize];
+        (uv != Self::ABSENT).then_some(uv)
+    }
+    /// Texture coordinates of the uv vertices, by their index in the source.
+    pub fn uvs(&self) -> &[DVec2] {
+        &self.uvs
+    }
+    /// uv vertex at a corner.
+    pub fn corner_uv(&self, corner: Index) -> Option<Index> {
+        let uv = self.corner_uvs[corner as usize];
+        (uv != Self::ABSENT).then_some(uv)
+    }
+    /// Texture coordinates at a corner.
+    pub fn at_corner(&self, corner: Index) -> Option<DVec2> {
+        self.corner_uv(corner).map(|uv| self.uvs[uv as usize])
+    }
+    /// uv vertices of each vertex, ascending: its wedges. #V lists
+    pub fn wedges(&self) -> &Ragged<Index> {
+        &self.wedges
+    }
+    /// Signed area of a face in the texture; none where a corner has no texture coordinates.
+    fn face_area(&self, surface: &Surface, face: Index) -> Option<f64> {
+        let corners = surface.topology().faces().range(face);
+        let origin = self.at_corner(corners.start as Index)?;
+        let mut doubled = 0.0;
+        let mut previous = DVec2::ZERO;
+        for c in corners {
+            let uv = self.at_corner(c as Index)? - origin;
+            doubled += previous.perp_dot(uv);
+            previous = uv;
+        }
+        Some(doubled / 2.0)
+    }
+    /// uv vertices of an edge on the side of one of its corners, in the order of the edge's end points.
+    fn side(&self, surface: &Surface, corner: Index) -> [Option<Index>; 2] {
+        let topology = surface.topology();
+        let next = topology.next(corner);
+        let side = [self.corner_uv(corner), self.corner_uv(next)];
+        if topology.vertex(corner) < topology.vertex(next) { side } else { [side[1], side[0]] }
+    }
+    /// Whether the layout is cut along an edge, or ends there.
+    pub fn is_cut(&self, surface: &Surface, edge: Index) -> bool {
+        let corners = surface.topology().edge_corners().get(edge);
+        let sides = corners.iter().map(|&c| self.side(surface, c));
+        surface.topology().edge_kind(edge) != EdgeKind::Interior
+            || sides.clone().any(|s| s != self.side(surface, corners[0]))
+    }
+    /// uv vertices on the outlines of charts, ascending.
+    pub fn outline(&self, surface: &Surface) -> Vec<Index> {
+        let edges = (0..surface.topology().edges().len() as Index).filter(|&e| self.is_cut(surface, e));
+        let corners = edges.flat_map(|e| surface.topology().edge_corners().get(e));
+        let mut outline: Vec<Index> = corners.flat_map(|&c| self.side(surface, c)).flatten().collect();
+        outline.sort_unstable();
+        outline.dedup();
+        outline
+    }
+    /// Number of faces that are turned over in the texture.
+    pub fn mirrored_faces(&self, surface: &Surface) -> usize {
+        let faces = (0..surface.topology().faces().len() as Index).into_par_iter();
+        faces.filter(|&f| self.face_area(surface, f).is_some_and(|area| area < 0.0)).count()
+    }
+    /// Counts charts, seams and odd faces.
+    pub fn charts(&self, surface: &Surface) -> Charts {
+        let topology = surface.topology();
+        let mut charts = UnionFind::new(topology.faces().len());
+        let mut seam_edges = 0;
+        for e in 0..topology.edges().len() as Index {
+            let corners = topology.edge_corners().get(e);
+            if self.is_cut(surface, e) {
+                seam_edges += usize::from(topology.edge_kind(e) == EdgeKind::Interior);
+            } else {
+                charts.join(topology.face(corners[0]), topology.face(corners[1]));
+            }
+        }
+        let areas: Vec<Option<f64>> =
+            (0..topology.faces().len() as Index).map(|f| self.face_area(surface, f)).collect();
+        let chart = charts.into_lowest();
+        let is_first = |f: usize| chart[f] as usize == f && areas[f].is_some();
+        Charts {
+            charts: (0..chart.len()).filter(|&f| is_first(f)).count(),
+            seam_edges,
+            seam_vertices: self.wedges.iter().filter(|wedges| wedges.len() > 1).count(),
+            unmapped_faces: areas.iter().filter(|area| area.is_none()).count(),
+        }
+    }
+}
+
+/// Whether a texture coordinate is in [0, 1]².
+pub fn in_unit_square(uv: DVec2) -> bool {
+    uv.cmpge(DVec2::ZERO).all() && uv.cmple(DVec2::ONE).all()
+}
+
+/// For each entry the first one with equal coordinates.
+fn first_of_equals(uvs: &[DVec2]) -> Vec<Index> {
+    let mut seen = FxHashMap::default();
+    seen.reserve(uvs.len());
+    (0..).zip(uvs).map(|(i, uv)| *seen.entry((*uv + 0.0).to_array().map(f64::to_bits)).or_insert(i)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    /// The cube unfolded without order: each face has a square of its own, the first one twice the size.
+    fn boxed() -> (Surface, Atlas) {
+        let cube = shapes::cube();
+        let square = |f: usize, k: usize| {
+            let size = if f == 0 { 0.2 } else { 0.1 };
+            let corner = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y][k];
+            DVec2::new(0.15 * f as f64, 0.3) + size * corner * if f == 0 { 0.7 } else { 1.0 }
+        };
+        let uvs: Vec<_> = (0..6).flat_map(|f| (0..4).map(move |k| square(f, k))).collect();
+        let atlas = Atlas::new(&cube, &uvs, (0..24).map(Some)).unwrap();
+        (cube, atlas)
+    }
+
+    #[test]
+    fn a_cube_in_six_squares() {
+        let (cube, atlas) = boxed();
+        let charts = atlas.charts(&cube);
+        assert_eq!((charts.charts, charts.seam_edges, charts.seam_vertices), (6, 12, 8));
+        assert!(atlas.wedges().iter().all(|wedges| wedges.len() == 3));
+        assert_eq!(atlas.outline(&cube).len(), 24);
+    }
+
+    #[test]
+    fn the_dominant_wedge_is_the_one_with_most_texture() {
+        let (cube, atlas) = boxed();
+        for corner in 0..4 {
+            let v = cube.topology().vertex(corner);
+            assert_eq!(atlas.dominant(v), atlas.corner_uv(corner));
+        }
+    }
+
+    #[test]
+    fn equal_coordinates_are_one_uv_vertex_and_no_seam() {
+        let grid = shapes::grid(3);
+        let corners = 0..grid.topology().faces().items().len() as Index;
+        let uv = |c: Index| grid.at_corner(c).truncate();
+        let uvs: Vec<_> = corners.clone().map(uv).collect();
+        let atlas = Atlas::new(&grid, &uvs, corners.map(Some)).unwrap();
+        let expected = Charts { charts: 1, ..Charts::default() };
+        assert_eq!(atlas.charts(&grid), expected);
+    }
+
+    #[test]
+    fn without_coordinates_there_is_no_atlas() {
+        let grid = shapes::grid(1);
+        assert_eq!(Atlas::new(&grid, &[], [None; 6].into_iter()).unwrap_err(), AtlasError::NoUvs);
+        let broken = Atlas::new(&grid, &[DVec2::NAN], [Some(0); 6].into_iter());
+        assert_eq!(broken.unwrap_err(), AtlasError::NonFinite { uv: 0 });
+    }
+}

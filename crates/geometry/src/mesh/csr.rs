@@ -1,0 +1,55 @@
+//! Sparse matrices in compressed row storage (CSR).
+
+use crate::mesh::jagged::{Index, Ragged};
+use rayon::prelude::*;
+use std::ops::{Add, Mul};
+
+/// Sparse matrix: each row is a list of entries (column, value) with ascending columns.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Csr {
+    rows: Ragged<(Index, f64)>,
+}
+
+impl Csr {
+    /// Builds a matrix from entries (row, column, value). Entries with the same row and column are summed in their order.
+    pub fn from_triplets<I>(rows: usize, triplets: I) -> Self
+    where
+        I: Iterator<Item = (Index, Index, f64)> + Clone,
+    {
+        let mut grouped = Ragged::group(rows, triplets.map(|(row, column, x)| (row, (column, x))));
+        grouped.for_each_mut(|row| row.sort_by_key(|entry| entry.0));
+        let mut merged = Ragged::default();
+        for row in grouped.iter() {
+            let same_column = row.chunk_by(|a, b| a.0 == b.0);
+            merged.push(same_column.map(|e| (e[0].0, e.iter().map(|e| e.1).sum())));
+        }
+        Self { rows: merged }
+    }
+    /// Entries (column, value) of row `i`.
+    pub fn row(&self, i: Index) -> &[(Index, f64)] {
+        self.rows.get(i)
+    }
+    /// Iterates over the rows.
+    pub fn rows(&self) -> impl ExactSizeIterator<Item = &[(Index, f64)]> {
+        self.rows.iter()
+    }
+    /// Matrix with the same structure and other values.
+    pub fn map_rows(&self, row: impl Fn(&[(Index, f64)]) -> Vec<(Index, f64)>) -> Self {
+        Self { rows: self.rows.iter().map(row).collect() }
+    }
+    /// Product of row `i` and a vector.
+    #[inline]
+    pub fn row_times<T>(&self, i: usize, x: &[T]) -> T
+    where
+        T: Copy + Default + Add<Output = T> + Mul<f64, Output = T>,
+    {
+        self.row(i as Index).iter().fold(T::default(), |sum, &(j, w)| sum + x[j as usize] * w)
+    }
+    /// Product of the matrix and a vector, whose entries are numbers or vectors of three.
+    pub fn times<T>(&self, x: &[T]) -> Vec<T>
+    where
+        T: Copy + Default + Send + Sync + Add<Output = T> + Mul<f64, Output = T>,
+    {
+        (0..self.rows.len()).into_par_iter().with_min_len(1024).map(|i| self.row_times(i, x)).collect()
+    }
+}

@@ -1,0 +1,97 @@
+//! Small meshes with known properties, for tests, examples and experiments.
+
+use crate::mesh::jagged::{Index, Ragged};
+use crate::mesh::surface::Surface;
+use crate::mesh::topology::Topology;
+use glam::DVec3;
+use rustc_hash::FxHashMap;
+
+fn surface(positions: Vec<DVec3>, faces: impl IntoIterator<Item = Vec<Index>>) -> Surface {
+    let faces: Ragged<Index> = faces.into_iter().collect();
+    Surface::new(Topology::new(positions.len(), faces), positions)
+}
+
+/// The unit sphere: an icosahedron, each triangle cut in four `levels` times. 10·4ˡ + 2 vertices.
+pub fn sphere(levels: u32) -> Surface {
+    let phi = (1.0 + 5f64.sqrt()) / 2.0;
+    let mut points: Vec<DVec3> = Vec::new();
+    for (a, b) in [(1.0, phi), (-1.0, phi), (1.0, -phi), (-1.0, -phi)] {
+        points.extend([DVec3::new(0.0, a, b), DVec3::new(a, b, 0.0), DVec3::new(b, 0.0, a)]);
+    }
+    let mut faces: Vec<[Index; 3]> = Vec::new();
+    let touching = |i: usize, j: usize| (points[i].distance(points[j]) - 2.0).abs() < 1e-9;
+    for i in 0..12 {
+        for j in i + 1..12 {
+            for k in j + 1..12 {
+                if touching(i, j) && touching(j, k) && touching(k, i) {
+                    let outward = points[i].dot(points[j].cross(points[k])) > 0.0;
+                    let t = if outward { [i, j, k] } else { [i, k, j] };
+                    faces.push(t.map(|i| i as Index));
+                }
+            }
+        }
+    }
+    for p in &mut points {
+        *p = p.normalize();
+    }
+    for _ in 0..levels {
+        let mut middles = FxHashMap::default();
+        let mut middle = |a: Index, b: Index| {
+            *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                points.push((points[a as usize] + points[b as usize]).normalize());
+                points.len() as Index - 1
+            })
+        };
+        let quarters = faces.iter().flat_map(|&[a, b, c]| {
+            let [d, e, f] = [middle(a, b), middle(b, c), middle(c, a)];
+            [[a, d, f], [d, b, e], [f, e, c], [d, e, f]]
+        });
+        faces = quarters.collect();
+    }
+    surface(points, faces.into_iter().map(Vec::from))
+}
+
+/// The unit square in the plane z = 0: `cells` × `cells` squares, each cut in two; boundary all around.
+pub fn grid(cells: u32) -> Surface {
+    let at = |i: u32, j: u32| j * (cells + 1) + i;
+    let corner = |i: u32| f64::from(i) / f64::from(cells);
+    let points = (0..=cells).flat_map(|j| (0..=cells).map(move |i| DVec3::new(corner(i), corner(j), 0.0)));
+    let faces = (0..cells).flat_map(|j| {
+        (0..cells).flat_map(move |i| {
+            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            [vec![a, b, c], vec![a, c, d]]
+        })
+    });
+    surface(points.collect(), faces)
+}
+
+/// The cube [0, 1]³ as six squares.
+pub fn cube() -> Surface {
+    let points = (0..8).map(|i| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)));
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    surface(points.collect(), faces.map(Vec::from))
+}
+
+/// A sphere with dents, so that nothing is symmetric.
+pub fn dented_sphere(levels: u32) -> Surface {
+    let sphere = sphere(levels);
+    let dent = |i: u32| f64::from(i.wrapping_mul(2_654_435_761) >> 16 & 0xff) / 255.0;
+    let positions = (0..).zip(sphere.positions()).map(|(i, p)| *p * (1.0 + 0.05 * dent(i)));
+    sphere.at(positions.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn closed_shapes_are_closed_and_face_outwards() {
+        for (shape, volume) in [(sphere(0), 2.5361507101204093), (cube(), 1.0)] {
+            let topology = shape.topology();
+            assert!((0..topology.vertex_count() as Index).all(|v| !topology.is_boundary(v)));
+            // Icosahedron in the unit sphere: (5/12)(3 + √5)·a³ with a = 1/sin 72°… = 2.536.
+            assert!((shape.volume() - volume).abs() < 1e-12, "{}", shape.volume());
+        }
+        assert_eq!(sphere(2).topology().vertex_count(), 162);
+    }
+}

@@ -1,0 +1,134 @@
+//! Polygon meshes with positions.
+
+use crate::mesh::jagged::{Index, Ragged};
+use crate::mesh::polygon;
+use crate::mesh::topology::Topology;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// A polygon mesh in space.
+///
+/// Invariant: there is one position for each vertex, and the corners of a triangle belong to one face.
+#[derive(Clone, Debug)]
+pub struct Surface {
+    topology: Topology,
+    positions: Vec<DVec3>,
+    triangles: Vec<[Index; 3]>,
+}
+
+impl Surface {
+    /// Combines connectivity and positions (#V×3, model units) and triangulates the polygons.
+    ///
+    /// # Panics
+    /// If there is not one position for each vertex.
+    pub fn new(topology: Topology, positions: Vec<DVec3>) -> Self {
+        assert_eq!(positions.len(), topology.vertex_count(), "one position for each vertex");
+        let triangles = triangulate(topology.faces(), &positions);
+        Self { topology, positions, triangles }
+    }
+    /// Returns the mesh with other positions (#V×3, model units); its triangulation stays.
+    ///
+    /// # Panics
+    /// If there is not one position for each vertex.
+    pub fn at(&self, positions: Vec<DVec3>) -> Self {
+        assert_eq!(positions.len(), self.positions.len(), "one position for each vertex");
+        Self { positions, ..self.clone() }
+    }
+    /// Positions p − δ, where denoising with displacements δ (#V×3, model units) puts the vertices. #V×3, model units
+    pub fn moved_by(&self, deltas: &[DVec3]) -> Vec<DVec3> {
+        self.positions.iter().zip(deltas).map(|(p, delta)| *p - *delta).collect()
+    }
+    /// Connectivity of the mesh.
+    pub fn topology(&self) -> &Topology {
+        &self.topology
+    }
+    /// Positions of the vertices. #V×3, model units
+    pub fn positions(&self) -> &[DVec3] {
+        &self.positions
+    }
+    /// Position at a corner.
+    pub fn at_corner(&self, corner: Index) -> DVec3 {
+        self.positions[self.topology.vertex(corner) as usize]
+    }
+    /// Corners of each triangle, face after face. A corner names a vertex in [`Self::topology`] and a uv vertex in
+    /// an [`Atlas`](crate::mesh::atlas::Atlas).
+    pub fn triangle_corners(&self) -> &[[Index; 3]] {
+        &self.triangles
+    }
+    /// Vertices of each triangle. #T×3
+    pub fn triangles(&self) -> impl ExactSizeIterator<Item = [Index; 3]> + Clone + '_ {
+        self.triangles.iter().map(|t| t.map(|c| self.topology.vertex(c)))
+    }
+    /// Twice the area times the unit normal of each triangle. #T×3
+    fn doubled_areas(&self) -> impl Iterator<Item = DVec3> + '_ {
+        self.triangles().map(|t| {
+            let [a, b, c] = t.map(|v| self.positions[v as usize]);
+            (b - a).cross(c - a)
+        })
+    }
+    /// Newell vector of each face: unit normal times twice the area. #F×3
+    pub fn face_vectors(&self) -> Vec<DVec3> {
+        let faces = (0..self.topology.faces().len() as Index).into_par_iter();
+        let at = |v: &Index| self.positions[*v as usize];
+        faces.map(|f| polygon::newell(self.topology.faces().get(f).iter().map(at))).collect()
+    }
+    /// Area of all triangles, square model units.
+    pub fn area(&self) -> f64 {
+        self.doubled_areas().map(DVec3::length).sum::<f64>() / 2.0
+    }
+    /// Signed volume enclosed by the triangles, cubic model units; about the centroid of the vertices, which
+    /// matters for a surface with a boundary only.
+    pub fn volume(&self) -> f64 {
+        let centre = self.positions.iter().sum::<DVec3>() / self.positions.len().max(1) as f64;
+        let six = self.triangles().map(|t| {
+            let [a, b, c] = t.map(|v| self.positions[v as usize] - centre);
+            a.dot(b.cross(c))
+        });
+        six.sum::<f64>() / 6.0
+    }
+    /// Mean length of the edges, model units; 0 without any.
+    pub fn mean_edge(&self) -> f64 {
+        let edges = self.topology.edges();
+        let length = |e: &[Index; 2]| self.positions[e[0] as usize].distance(self.positions[e[1] as usize]);
+        edges.iter().map(length).sum::<f64>() / edges.len().max(1) as f64
+    }
+    /// Bounding box, lowest and highest corner, of the vertices that faces use.
+    pub fn bounds(&self) -> [DVec3; 2] {
+        let used = (0..).zip(&self.positions).filter(|(v, _)| !self.topology.is_isolated(*v));
+        used.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], (_, p)| [low.min(*p), high.max(*p)])
+    }
+}
+
+fn triangulate(faces: &Ragged<Index>, positions: &[DVec3]) -> Vec<[Index; 3]> {
+    let mut triangles = Vec::with_capacity(faces.items().len() - 2 * faces.len());
+    let mut points = Vec::new();
+    for f in 0..faces.len() as Index {
+        let first = faces.range(f).start as Index;
+        points.clear();
+        points.extend(faces.get(f).iter().map(|&v| positions[v as usize]));
+        polygon::triangulate(&points, |t| triangles.push(t.map(|k| first + k as Index)));
+    }
+    triangles
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::mesh::shapes;
+    use std::f64::consts::PI;
+
+    #[test]
+    fn a_fine_sphere_has_the_area_and_volume_of_one() {
+        let sphere = shapes::sphere(5);
+        // Chords of length e leave e²/8 to the radius: second order, e = 0.03.
+        assert!((sphere.area() / (4.0 * PI) - 1.0).abs() < 1e-3, "{}", sphere.area());
+        assert!((sphere.volume() / (4.0 / 3.0 * PI) - 1.0).abs() < 1e-3, "{}", sphere.volume());
+    }
+
+    #[test]
+    fn volume_does_not_depend_on_the_place() {
+        let sphere = shapes::sphere(2);
+        let moved = sphere.at(sphere.positions().iter().map(|p| *p + 1e6).collect());
+        // Coordinates near 1e6 are good to 1e-10.
+        assert!((sphere.volume() - moved.volume()).abs() < 1e-8);
+    }
+}

@@ -1,0 +1,223 @@
+//! Material libraries: what they hold, and how the map joins them.
+
+use crate::source::MeshData;
+
+/// Material of carrier faces that had none.
+pub const CARRIER_MATERIAL: &str = "planish";
+
+/// A material as far as planish uses it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Material {
+    /// `newmtl`.
+    pub name: String,
+    /// `Kd`, linear.
+    pub diffuse: Option<[f32; 3]>,
+    /// `map_Kd` without its options.
+    pub diffuse_texture: Option<String>,
+}
+
+/// A library that cannot be understood.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the material library cannot be read: {0}")]
+pub struct MaterialError(String);
+
+/// Reads a material library.
+pub fn read(bytes: &[u8]) -> Result<Vec<Material>, MaterialError> {
+    let plain = plain_colours(bytes);
+    let (materials, _) = tobj::load_mtl_buf(&mut plain.as_slice()).map_err(|e| MaterialError(e.to_string()))?;
+    let convert = |m: tobj::Material| {
+        let diffuse_texture = m.diffuse_texture.map(|t| file_name(&t).to_owned());
+        Material { name: m.name, diffuse: m.diffuse, diffuse_texture }
+    };
+    Ok(materials.into_iter().map(convert).collect())
+}
+
+/// The library in UTF-8 with colours in the one spelling that the reader takes: it panics at the legal `Kd 0.5`
+/// (grey) and gives up at `Kd spectral FILE` and `Kd xyz …`, which are left out.
+fn plain_colours(bytes: &[u8]) -> Vec<u8> {
+    let text = String::from_utf8_lossy(bytes);
+    let mut out = String::with_capacity(text.len());
+    for line in text.lines() {
+        let mut words = line.split_whitespace();
+        let keyword = words.next().unwrap_or("");
+        if is_numeric(keyword) {
+            let numbers: Vec<f32> = words.map_while(|w| w.parse().ok()).collect();
+            let kept = match (numbers.as_slice(), keyword.starts_with('K')) {
+                (&[], _) => continue,
+                (&[r, g, b, ..], true) => format!("{keyword} {r} {g} {b}"),
+                (&[grey, ..], true) => format!("{keyword} {grey} {grey} {grey}"),
+                (&[x, ..], false) => format!("{keyword} {x}"),
+            };
+            out.push_str(&kept);
+        } else {
+            out.push_str(line);
+        }
+        out.push('\n');
+    }
+    out.into_bytes()
+}
+
+fn is_numeric(keyword: &str) -> bool {
+    matches!(keyword, "Ka" | "Kd" | "Ks" | "Ke" | "Ns" | "Ni" | "d" | "Tr" | "illum")
+}
+
+/// Number of arguments of an option of a texture statement; none where the word is no option.
+fn option_arguments(word: &str) -> Option<usize> {
+    match word {
+        "-blendu" | "-blendv" | "-bm" | "-boost" | "-cc" | "-clamp" | "-imfchan" | "-texres" | "-type" => Some(1),
+        "-mm" => Some(2),
+        // Up to three numbers: the caller takes those that are numbers.
+        "-o" | "-s" | "-t" => Some(3),
+        _ => None,
+    }
+}
+
+/// The file name behind the options of a texture statement; it may hold blanks.
+pub fn file_name(arguments: &str) -> &str {
+    let mut rest = arguments.trim();
+    loop {
+        let word = rest.split_whitespace().next().unwrap_or("");
+        let Some(count) = option_arguments(word) else { return rest };
+        rest = rest[word.len()..].trim_start();
+        for _ in 0..count {
+            let argument = rest.split_whitespace().next().unwrap_or("");
+            let optional = matches!(word, "-o" | "-s" | "-t");
+            if optional && argument.parse::<f32>().is_err() {
+                break;
+            }
+            rest = rest[argument.len()..].trim_start();
+        }
+    }
+}
+
+/// Whether a statement names a texture file.
+fn names_texture(keyword: &str) -> bool {
+    keyword.starts_with("map_") || matches!(keyword, "disp" | "norm" | "bump" | "decal" | "refl")
+}
+
+/// The files of all textures that a library names.
+pub fn textures(library: &[u8]) -> Vec<String> {
+    let text = String::from_utf8_lossy(library);
+    let statement = |line: &str| {
+        let (keyword, arguments) = line.trim().split_once(char::is_whitespace)?;
+        names_texture(keyword).then(|| file_name(arguments).to_owned())
+    };
+    text.lines().filter_map(statement).collect()
+}
+
+/// What is said of the maps in a carrier's materials.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MapStatements<'a> {
+    /// `disp`
+    pub displacement: Option<DisplacementStatement<'a>>,
+    /// `norm`: file of the normal map.
+    pub normal: Option<&'a str>,
+}
+
+/// `disp -mm base gain file`
+#[derive(Clone, Debug, PartialEq)]
+pub struct DisplacementStatement<'a> {
+    /// File of the displacement map.
+    pub file: &'a str,
+    /// Height at texel zero as the statement wants it: clients add, so this is −λ·bias.
+    pub base: f64,
+    /// −λ·scale.
+    pub gain: f64,
+}
+
+/// Names of the materials in libraries.
+fn defined(libraries: &[Vec<u8>]) -> Vec<&[u8]> {
+    let lines = libraries.iter().flat_map(|library| library.split(|&b| b == b'\n'));
+    lines.filter_map(|line| Some(line.trim_ascii().strip_prefix(b"newmtl")?.trim_ascii())).collect()
+}
+
+/// A carrier's material library: the user's libraries one after the other, each material with `disp -mm` and `norm`,
+/// its former `disp`, `norm` and `bump` statements left out, and the names of texture files passed through
+/// `relocate`, because the carrier may lie in another folder. Last come grey ones for those that no library holds, and
+/// [`CARRIER_MATERIAL`] where some faces have none of their own.
+pub fn carrier_library(
+    mesh: &MeshData,
+    libraries: &[Vec<u8>],
+    maps: &MapStatements,
+    relocate: impl Fn(&str) -> String,
+) -> Vec<u8> {
+    let displacement = maps.displacement.as_ref();
+    let displacement = displacement.map(|d| format!("disp -mm {:?} {:?} {}\n", d.base, d.gain, d.file));
+    let normal = maps.normal.map(|file| format!("norm {file}\n"));
+    let added = displacement.unwrap_or_default() + &normal.unwrap_or_default();
+    let mut out = Vec::new();
+    for library in libraries {
+        for line in library.split(|&b| b == b'\n') {
+            let line = line.trim_ascii_end();
+            // Names in any encoding are copied as bytes; only statements about textures are looked into.
+            let text = String::from_utf8_lossy(line);
+            let mut words = text.split_whitespace();
+            match words.next().unwrap_or("") {
+                "disp" | "norm" | "bump" | "map_bump" | "map_Bump" => continue,
+                "newmtl" => {
+                    out.extend_from_slice(line);
+                    out.push(b'\n');
+                    out.extend_from_slice(added.as_bytes());
+                }
+                keyword if names_texture(keyword) => {
+                    let arguments = text.trim_start()[keyword.len()..].trim();
+                    let name = file_name(arguments);
+                    let options = &arguments[..arguments.len() - name.len()];
+                    out.extend_from_slice(format!("{keyword} {options}{}\n", relocate(name)).as_bytes());
+                }
+                _ => {
+                    out.extend_from_slice(line);
+                    out.push(b'\n');
+                }
+            }
+        }
+    }
+    let defined = defined(libraries);
+    // Materials whose library is missing, and faces that have none, could not be displaced by a client otherwise.
+    let missing = mesh.materials().iter().map(Vec::as_slice).filter(|name| !defined.contains(name));
+    let none = mesh.has_faces_without_material().then_some(CARRIER_MATERIAL.as_bytes());
+    for name in missing.chain(none) {
+        out.extend_from_slice(b"newmtl ");
+        out.extend_from_slice(name);
+        out.extend_from_slice(format!("\n{added}Kd 0.8 0.8 0.8\nKs 0.1 0.1 0.1\nNs 20\nillum 2\n").as_bytes());
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::obj::Obj;
+
+    #[test]
+    fn greys_and_spectra_do_not_stop_the_reader() {
+        let library =
+            b"newmtl a\nKd 0.5\nKs spectral x.rfl\nmap_Kd -s 2 2 -clamp on my skin.png\nnewmtl b\xff\nKd 1 0 0\n";
+        let materials = read(library).unwrap();
+        assert_eq!(materials[0].diffuse, Some([0.5; 3]));
+        assert_eq!(materials[0].diffuse_texture.as_deref(), Some("my skin.png"));
+        assert_eq!(materials[1].name, "b\u{fffd}");
+    }
+
+    #[test]
+    fn every_texture_is_found() {
+        let library = b"newmtl a\r\nmap_Ks -o 1 0 0 s.png\r\n\tbump -bm 0.3 b c.png \r\nKd 1 1 1\nnorm\n";
+        assert_eq!(textures(library), ["s.png", "b c.png"]);
+    }
+
+    #[test]
+    fn a_carrier_keeps_the_materials_and_adds_the_maps() {
+        let library = b"# scan\r\nnewmtl skin\r\nKd 1 1 1\r\nmap_Kd -bm 1 old dir/t.png\r\nbump old.png\r\n".to_vec();
+        let maps = MapStatements {
+            displacement: Some(DisplacementStatement { file: "a.png", base: 0.5, gain: -1.0 }),
+            normal: Some("n.png"),
+        };
+        let obj = Obj::parse(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nusemtl skin\nf 3 2 1\n".to_vec()).unwrap();
+        let out = carrier_library(obj.data(), &[library], &maps, |name| format!("../{name}"));
+        let text = String::from_utf8(out).unwrap();
+        let first =
+            "# scan\nnewmtl skin\ndisp -mm 0.5 -1.0 a.png\nnorm n.png\nKd 1 1 1\nmap_Kd -bm 1 ../old dir/t.png\n";
+        assert!(text.starts_with(first), "{text}");
+        assert!(text.contains("newmtl planish\ndisp") && !text.contains("bump"));
+    }
+}

@@ -1,0 +1,115 @@
+//! Mesh data as every reader gives it: numbers and indices, whatever format they came in.
+
+use crate::mesh::jagged::{Index, Ragged};
+use glam::{DVec2, DVec3, Vec2};
+
+/// Indices that one corner of a face names, counted from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Corner {
+    /// Index of the source vertex.
+    pub position: Index,
+    uv: Index,
+    normal: Index,
+}
+
+impl Corner {
+    const ABSENT: Index = Index::MAX;
+
+    /// A corner that names a source vertex, and perhaps a texture coordinate and a normal.
+    pub fn new(position: Index, uv: Option<Index>, normal: Option<Index>) -> Self {
+        Self { position, uv: uv.unwrap_or(Self::ABSENT), normal: normal.unwrap_or(Self::ABSENT) }
+    }
+    /// Index of the texture coordinate, where the corner names one.
+    pub fn uv(self) -> Option<Index> {
+        (self.uv != Self::ABSENT).then_some(self.uv)
+    }
+    /// Index of the normal, where the corner names one.
+    pub fn normal(self) -> Option<Index> {
+        (self.normal != Self::ABSENT).then_some(self.normal)
+    }
+}
+
+/// Faces of one material; they end where the next run begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct MaterialRun {
+    pub(crate) first_face: Index,
+    /// Index in [`MeshData::materials`]; `None` for faces without a material.
+    pub(crate) material: Option<Index>,
+}
+
+/// Positions, faces and all that corners and faces name.
+///
+/// A source vertex is one position as the source lists it; welding ([`weld`](crate::mesh::weld)) makes vertices of them.
+///
+/// Invariant: positions are finite, faces have at least three corners, indices are in range, and there are fewer than
+/// 2³² − 1 elements of each kind. Readers guarantee it; arrays come through the checks of
+/// [`Arrays`](crate::source::Arrays).
+#[derive(Clone, Debug, Default)]
+pub struct MeshData {
+    pub(crate) positions: Vec<DVec3>,
+    pub(crate) colours: Vec<[f32; 3]>,
+    pub(crate) uvs: Vec<DVec2>,
+    pub(crate) normals: Vec<DVec3>,
+    pub(crate) faces: Ragged<Corner>,
+    pub(crate) face_lines: Vec<u32>,
+    pub(crate) materials: Vec<Vec<u8>>,
+    pub(crate) material_runs: Vec<MaterialRun>,
+}
+
+impl MeshData {
+    /// Positions of the source vertices. #v×3, model units
+    pub fn positions(&self) -> &[DVec3] {
+        &self.positions
+    }
+    /// Red, green and blue of the source vertices as the source has them; empty unless each has a colour. #v×3
+    pub fn colours(&self) -> &[[f32; 3]] {
+        &self.colours
+    }
+    /// Texture coordinates, v up; files may hold NaN here. #vt×2
+    pub fn uvs(&self) -> &[DVec2] {
+        &self.uvs
+    }
+    /// Normals as the source has them, of any length; files may hold NaN here. #vn×3
+    pub fn normals(&self) -> &[DVec3] {
+        &self.normals
+    }
+    /// Corners of each face, counter-clockwise seen from outside. #f
+    pub fn faces(&self) -> &Ragged<Corner> {
+        &self.faces
+    }
+    /// Line of a face in its file, counted from 1; `None` where the source has no lines.
+    pub fn face_line(&self, face: Index) -> Option<u32> {
+        self.face_lines.get(face as usize).copied()
+    }
+    /// Names of the materials in the order of first use; bytes, because OBJ names no encoding.
+    pub fn materials(&self) -> &[Vec<u8>] {
+        &self.materials
+    }
+    /// Material of a face as an index into [`Self::materials`], where the face has one.
+    pub fn face_material(&self, face: Index) -> Option<Index> {
+        let begun = self.material_runs.partition_point(|run| run.first_face <= face);
+        self.material_runs[begun.checked_sub(1)?].material
+    }
+    /// Whether some face has no material.
+    pub fn has_faces_without_material(&self) -> bool {
+        let count = self.faces.len() as Index;
+        let first = self.material_runs.first().map_or(count, |run| run.first_face);
+        first > 0 || self.material_runs.iter().any(|run| run.material.is_none() && run.first_face < count)
+    }
+
+    /// The mesh with other texture coordinates (#vt×2); `corners` says for each corner which one (#c).
+    ///
+    /// # Panics
+    /// If there is not one index for each corner, or one is out of range.
+    #[must_use]
+    pub fn with_uvs(&self, uvs: &[Vec2], corners: &[Index]) -> Self {
+        assert_eq!(corners.len(), self.faces.items().len(), "one texture coordinate for each corner");
+        assert!(corners.iter().all(|&uv| (uv as usize) < uvs.len()), "indices of texture coordinates are in range");
+        let mut named = corners.iter();
+        let mut faces = Ragged::default();
+        for face in self.faces.iter() {
+            faces.push(face.iter().zip(&mut named).map(|(c, &uv)| Corner::new(c.position, Some(uv), c.normal())));
+        }
+        Self { uvs: uvs.iter().map(|uv| uv.as_dvec2()).collect(), faces, ..self.clone() }
+    }
+}

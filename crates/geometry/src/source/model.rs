@@ -1,0 +1,192 @@
+//! A mesh understood: its welded surface, its normals, its layout, and what is wrong with it.
+
+use crate::mesh::atlas::{Atlas, AtlasError};
+use crate::mesh::jagged::{Index, Ragged};
+use crate::mesh::normals::{self, FaceWeight};
+use crate::mesh::surface::Surface;
+use crate::mesh::topology::{self, EdgeKind, TidyFaces, Topology};
+use crate::mesh::weld::{Weld, Welding};
+use crate::named;
+use crate::source::{Corner, MeshData, Source};
+use glam::{DVec3, Vec3};
+use serde::Serialize;
+
+named! {
+    /// Where the vertex normals of a mesh come from.
+    #[derive(Default)]
+    pub enum NormalSource {
+        /// Normals of the file, averaged at each vertex; angle-weighted where a vertex has none.
+        File = "file",
+        /// Mean of the normals of the faces.
+        Uniform = "uniform",
+        /// Mean of the normals of the faces, weighted by area.
+        Area = "area",
+        /// Mean of the normals of the faces, weighted by angle, as Blender's.
+        #[default]
+        Angle = "angle",
+    }
+}
+
+/// No face of the source names a usable normal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the file has no normals (no face names a `vn`)")]
+pub struct NoFileNormals;
+
+/// A mesh as it was given, and the surface in it.
+#[derive(Clone, Debug)]
+pub struct Model {
+    source: Source,
+    weld: Weld,
+    surface: Surface,
+    tidy: TidyFaces,
+}
+
+/// What a user should know about a surface; all of it is handled, none of it refused.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Defects {
+    /// Vertices that no face uses.
+    pub isolated_vertices: usize,
+    /// Edges with one face.
+    pub boundary_edges: usize,
+    /// Edges with three faces or more.
+    pub non_manifold_edges: usize,
+    /// Vertices whose faces are not one fan.
+    pub non_manifold_vertices: usize,
+    /// Edges whose two faces disagree about which side is outside.
+    pub misoriented_edges: usize,
+    /// Faces with fewer than three different vertices; left out of the surface.
+    pub degenerate_faces: usize,
+    /// Faces that repeat an earlier one; left out of the surface.
+    pub duplicate_faces: usize,
+    /// Faces without area, kept.
+    pub zero_area_faces: usize,
+    /// Line of the first degenerate face in its file, where it has lines.
+    pub first_degenerate_line: Option<u32>,
+    /// Line of the first duplicate face in its file, where it has lines.
+    pub first_duplicate_line: Option<u32>,
+}
+
+impl Model {
+    /// Welds a mesh and builds its surface.
+    pub fn new(source: impl Into<Source>, welding: Welding) -> Self {
+        let source = source.into();
+        let data = source.data();
+        let weld = Weld::new(data.positions(), welding);
+        let vertex = |corner: &Corner| weld.vertex_of()[corner.position as usize];
+        let mut faces = Ragged::default();
+        for face in data.faces().iter() {
+            faces.push(face.iter().map(vertex));
+        }
+        let count = weld.first().len();
+        let mut tidy = topology::tidy(count, &faces);
+        let topology = Topology::new(count, std::mem::take(&mut tidy.faces));
+        let positions = weld.first().iter().map(|&v| data.positions()[v as usize]).collect();
+        Self { surface: Surface::new(topology, positions), source, weld, tidy }
+    }
+    /// The mesh as it was given.
+    pub fn source(&self) -> &Source {
+        &self.source
+    }
+    /// Numbers and indices of the mesh as it was given.
+    pub fn data(&self) -> &MeshData {
+        self.source.data()
+    }
+    /// Vertices that the source vertices became.
+    pub fn weld(&self) -> &Weld {
+        &self.weld
+    }
+    /// The welded surface without degenerate and duplicate faces.
+    pub fn surface(&self) -> &Surface {
+        &self.surface
+    }
+    /// Face of the source behind a face of the surface.
+    pub fn source_face(&self, face: Index) -> Index {
+        self.tidy.source_faces[face as usize]
+    }
+    /// Corner of the source behind a corner of the surface.
+    pub fn source_corner(&self, corner: Index) -> Corner {
+        self.data().faces().items()[self.tidy.source_corners[corner as usize] as usize]
+    }
+    /// Index of [`Self::source_corner`] among all corners of the source.
+    #[cfg(feature = "unwrap")]
+    pub(crate) fn source_corner_index(&self, corner: Index) -> Index {
+        self.tidy.source_corners[corner as usize]
+    }
+    /// The UV layout.
+    pub fn atlas(&self) -> Result<Atlas, AtlasError> {
+        let corners = 0..self.surface.topology().faces().items().len() as Index;
+        Atlas::new(&self.surface, self.data().uvs(), corners.map(|c| self.source_corner(c).uv()))
+    }
+    /// Unit normal of each vertex in single precision, as baker, carrier and shader use it; zero where there is none.
+    /// #V×3
+    pub fn displacement_normals(&self, source: NormalSource) -> Result<Vec<Vec3>, NoFileNormals> {
+        Ok(self.vertex_normals(source)?.into_iter().map(DVec3::as_vec3).collect())
+    }
+    /// Unit normal of each vertex; zero where there is none. #V×3
+    pub fn vertex_normals(&self, source: NormalSource) -> Result<Vec<DVec3>, NoFileNormals> {
+        let weight = match source {
+            NormalSource::File => return self.file_normals(),
+            NormalSource::Uniform => FaceWeight::Uniform,
+            NormalSource::Area => FaceWeight::Area,
+            NormalSource::Angle => FaceWeight::Angle,
+        };
+        Ok(normals::vertex_normals(&self.surface, weight))
+    }
+
+    fn file_normals(&self) -> Result<Vec<DVec3>, NoFileNormals> {
+        let named = |c: &Index| {
+            let n = self.source_corner(*c).normal().map(|n| self.data().normals()[n as usize]);
+            n.unwrap_or(DVec3::ZERO).normalize_or_zero()
+        };
+        let topology = self.surface.topology();
+        let vertices = 0..topology.vertex_count() as Index;
+        let mean = |v| topology.corners(v).iter().map(named).sum::<DVec3>().normalize_or_zero();
+        let mut normals: Vec<DVec3> = vertices.map(mean).collect();
+        if normals.iter().all(|n| *n == DVec3::ZERO) {
+            return Err(NoFileNormals);
+        }
+        let computed = normals::vertex_normals(&self.surface, FaceWeight::Angle);
+        for (n, computed) in normals.iter_mut().zip(computed) {
+            if *n == DVec3::ZERO {
+                *n = computed;
+            }
+        }
+        Ok(normals)
+    }
+
+    /// New values for the normals of the source (#vn) that fit other positions of the vertices (#V×3): each becomes the
+    /// angle-weighted mean over the faces whose corners name it, so hard edges and shared normals stay what they are.
+    /// A normal that no face names keeps its value.
+    pub fn updated_file_normals(&self, positions: &[DVec3]) -> Vec<DVec3> {
+        let moved = self.surface.at(positions.to_vec());
+        let faces = normals::face_normals(&moved);
+        let mut sums = vec![DVec3::ZERO; self.data().normals().len()];
+        for corner in 0..moved.topology().faces().items().len() as Index {
+            if let Some(n) = self.source_corner(corner).normal() {
+                let face = faces[moved.topology().face(corner) as usize];
+                sums[n as usize] += face * normals::corner_angle(&moved, corner);
+            }
+        }
+        let kept = self.data().normals();
+        sums.iter().zip(kept).map(|(sum, kept)| sum.try_normalize().unwrap_or(*kept)).collect()
+    }
+
+    /// Counts what is odd about the surface.
+    pub fn defects(&self) -> Defects {
+        let topology = self.surface.topology();
+        let edges = |kind| (0..topology.edges().len() as Index).filter(|&e| topology.edge_kind(e) == kind).count();
+        let line = |faces: &[Index]| faces.first().and_then(|&f| self.data().face_line(f));
+        Defects {
+            isolated_vertices: (0..topology.vertex_count() as Index).filter(|&v| topology.is_isolated(v)).count(),
+            boundary_edges: edges(EdgeKind::Boundary),
+            non_manifold_edges: edges(EdgeKind::NonManifold),
+            non_manifold_vertices: topology.non_manifold_vertices().len(),
+            misoriented_edges: edges(EdgeKind::Misoriented),
+            degenerate_faces: self.tidy.degenerate.len(),
+            duplicate_faces: self.tidy.duplicate.len(),
+            zero_area_faces: self.surface.face_vectors().iter().filter(|n| **n == DVec3::ZERO).count(),
+            first_degenerate_line: line(&self.tidy.degenerate),
+            first_duplicate_line: line(&self.tidy.duplicate),
+        }
+    }
+}

@@ -1,0 +1,330 @@
+//! The reader.
+
+use super::scan::{self, Statement, Statements, Tokens};
+use super::{Extras, Obj};
+use crate::mesh::jagged::Index;
+use crate::source::mesh_data::MaterialRun;
+use crate::source::{Corner, MeshData};
+use glam::DVec2;
+use std::ops::Range;
+
+/// Why a file cannot be read.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}{kind}", line.map(|line| format!("line {line}: ")).unwrap_or_default())]
+pub struct ObjError {
+    /// Line at fault, counted from 1; none where the file as a whole is.
+    pub line: Option<u32>,
+    /// What is wrong.
+    pub kind: ObjErrorKind,
+}
+
+/// What is wrong with a file.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ObjErrorKind {
+    /// Zero bytes.
+    #[error("the file is empty")]
+    Empty,
+    /// NUL bytes near the start.
+    #[error("this is a binary file, not an OBJ (byte {offset} is NUL)")]
+    Binary {
+        /// Of the first NUL.
+        offset: usize,
+    },
+    /// No `v` statement.
+    #[error("no vertices: there is no `v` statement, so this is not an OBJ mesh")]
+    NoVertices,
+    /// No `f` statement.
+    #[error("no faces: there is no `f` statement, and planish works on surfaces")]
+    NoFaces,
+    /// A token that should be a number.
+    #[error("`{0}` is not a number")]
+    NotANumber(String),
+    /// NaN or infinity as a coordinate.
+    #[error("coordinate `{0}` is not finite")]
+    NotFinite(String),
+    /// Too few numbers after the keyword.
+    #[error("`{keyword}` needs {needed} numbers, found {found}")]
+    TooFewNumbers {
+        /// `v`, `vt` or `vn`.
+        keyword: &'static str,
+        /// How many there must be.
+        needed: usize,
+        /// How many there are.
+        found: usize,
+    },
+    /// A face with fewer than three corners.
+    #[error("a face needs at least three corners, found {0}")]
+    TooFewCorners(usize),
+    /// A corner that is not `v`, `v/vt`, `v//vn` or `v/vt/vn`.
+    #[error("`{0}` is not a face corner (v, v/vt, v//vn or v/vt/vn)")]
+    BadCorner(String),
+    /// Indices count from 1.
+    #[error("index 0 in `{0}`: OBJ counts from 1")]
+    ZeroIndex(String),
+    /// An index that names no line.
+    #[error("index {index} names no `{keyword}` line: there are {count}")]
+    OutOfRange {
+        /// `v`, `vt` or `vn`.
+        keyword: &'static str,
+        /// As written.
+        index: i64,
+        /// Lines there are (for a negative index: so far).
+        count: usize,
+    },
+    /// More vertices or corners than 32 bits can count.
+    #[error("more than 2^32 − 2 elements")]
+    TooLarge,
+}
+
+/// Bytes at the start in which a NUL means "binary".
+const SNIFFED: usize = 4096;
+
+/// A token for an error message, not longer than a line.
+fn shown(token: &[u8]) -> String {
+    let text: String = String::from_utf8_lossy(token).chars().take(40).collect();
+    text.escape_debug().to_string()
+}
+
+/// The largest index seen, to be checked when all lines are known: faces may come first.
+#[derive(Default)]
+struct Highest {
+    index: Index,
+    line: u32,
+}
+
+impl Highest {
+    fn see(&mut self, index: Index, line: u32) {
+        if self.line == 0 || index > self.index {
+            *self = Self { index, line };
+        }
+    }
+    fn check(&self, keyword: &'static str, count: usize) -> Result<(), ObjError> {
+        if self.line != 0 && self.index as usize >= count {
+            let index = i64::from(self.index) + 1;
+            let kind = ObjErrorKind::OutOfRange { keyword, index, count };
+            return Err(ObjError { line: Some(self.line), kind });
+        }
+        Ok(())
+    }
+}
+
+struct Reader<'a> {
+    bytes: &'a [u8],
+    data: MeshData,
+    non_finite_uvs: Vec<(Index, u32)>,
+    extras: Extras,
+    highest: [Highest; 3],
+}
+
+pub(super) fn parse(bytes: Vec<u8>) -> Result<Obj, ObjError> {
+    let whole = |kind| ObjError { line: None, kind };
+    if bytes.is_empty() {
+        return Err(whole(ObjErrorKind::Empty));
+    }
+    if let Some(offset) = memchr::memchr(0, &bytes[..bytes.len().min(SNIFFED)]) {
+        return Err(whole(ObjErrorKind::Binary { offset }));
+    }
+    let mut reader = Reader {
+        bytes: &bytes,
+        data: MeshData::default(),
+        non_finite_uvs: Vec::new(),
+        extras: Extras::default(),
+        highest: Default::default(),
+    };
+    for statement in Statements::new(&bytes) {
+        reader.statement(&statement).map_err(|kind| ObjError { line: Some(statement.line), kind })?;
+    }
+    let Reader { mut data, non_finite_uvs, extras, highest, .. } = reader;
+    if data.positions.is_empty() {
+        return Err(whole(ObjErrorKind::NoVertices));
+    }
+    if data.faces.is_empty() {
+        return Err(whole(ObjErrorKind::NoFaces));
+    }
+    highest[0].check("v", data.positions.len())?;
+    highest[1].check("vt", data.uvs.len())?;
+    highest[2].check("vn", data.normals.len())?;
+    if data.colours.len() != data.positions.len() {
+        data.colours = Vec::new();
+    }
+    Ok(Obj { bytes, data, non_finite_uvs, extras })
+}
+
+impl Reader<'_> {
+    fn statement(&mut self, statement: &Statement) -> Result<(), ObjErrorKind> {
+        match &self.bytes[statement.keyword.clone()] {
+            b"v" => self.position(statement)?,
+            b"vt" => self.uv(statement)?,
+            b"vn" => self.normal(statement)?,
+            b"f" | b"fo" => self.face(statement)?,
+            b"l" => self.extras.lines += 1,
+            b"p" => self.extras.points += 1,
+            b"o" => self.extras.objects += 1,
+            b"g" => self.extras.groups += 1,
+            b"s" => self.extras.smoothing_groups += 1,
+            b"mtllib" => {
+                self.extras.material_libraries.push(scan::name(self.bytes, statement).to_vec());
+            }
+            b"usemtl" => self.material(scan::name(self.bytes, statement)),
+            _ => self.extras.other += 1,
+        }
+        Ok(())
+    }
+
+    fn material(&mut self, name: &[u8]) {
+        let materials = &mut self.data.materials;
+        let material = materials.iter().position(|known| known == name).unwrap_or_else(|| {
+            materials.push(name.to_vec());
+            materials.len() - 1
+        });
+        let run = MaterialRun { first_face: self.data.faces.len() as Index, material: Some(material as Index) };
+        match self.data.material_runs.last_mut() {
+            // Exporters repeat the statement for each group, and may name another material before any face.
+            Some(last) if last.material == run.material => {}
+            Some(last) if last.first_face == run.first_face => *last = run,
+            _ => self.data.material_runs.push(run),
+        }
+    }
+
+    fn position(&mut self, statement: &Statement) -> Result<(), ObjErrorKind> {
+        let mut tokens = Tokens::new(self.bytes, statement);
+        let mut p = [0.0_f64; 3];
+        for (found, x) in p.iter_mut().enumerate() {
+            let Some(token) = tokens.next() else {
+                return Err(ObjErrorKind::TooFewNumbers { keyword: "v", needed: 3, found });
+            };
+            let token = &self.bytes[token];
+            *x = fast_float2::parse(token).map_err(|_| ObjErrorKind::NotANumber(shown(token)))?;
+            if !x.is_finite() {
+                return Err(ObjErrorKind::NotFinite(shown(token)));
+            }
+        }
+        let further = tokens.next();
+        self.extras.extended_vertices += usize::from(further.is_some());
+        // As soon as one has none, colours are no use.
+        if self.data.colours.len() == self.data.positions.len() {
+            let colour = further.and_then(|red| self.colour([Some(red), tokens.next(), tokens.next()]));
+            self.data.colours.extend(colour.filter(|_| tokens.next().is_none()));
+        }
+        self.data.positions.push(p.into());
+        fits(self.data.positions.len())
+    }
+
+    /// Three numbers behind the coordinates; a single one is a weight.
+    fn colour(&self, tokens: [Option<Range<usize>>; 3]) -> Option<[f32; 3]> {
+        let mut colour = [0.0; 3];
+        for (x, token) in colour.iter_mut().zip(tokens) {
+            *x = fast_float2::parse(&self.bytes[token?]).ok().filter(|x: &f32| x.is_finite())?;
+        }
+        Some(colour)
+    }
+
+    fn uv(&mut self, statement: &Statement) -> Result<(), ObjErrorKind> {
+        let mut tokens = Tokens::new(self.bytes, statement);
+        let Some(u) = tokens.next() else {
+            return Err(ObjErrorKind::TooFewNumbers { keyword: "vt", needed: 1, found: 0 });
+        };
+        let u = lenient(&self.bytes[u])?;
+        // v is optional and then 0.
+        let v = tokens.next().map_or(Ok(0.0), |token| lenient(&self.bytes[token]))?;
+        let uv = DVec2::new(u, v);
+        if !uv.is_finite() {
+            self.non_finite_uvs.push((self.data.uvs.len() as Index, statement.line));
+        }
+        self.data.uvs.push(uv);
+        fits(self.data.uvs.len())
+    }
+
+    fn normal(&mut self, statement: &Statement) -> Result<(), ObjErrorKind> {
+        let mut tokens = Tokens::new(self.bytes, statement);
+        let mut n = [0.0; 3];
+        for (found, x) in n.iter_mut().enumerate() {
+            let Some(token) = tokens.next() else {
+                return Err(ObjErrorKind::TooFewNumbers { keyword: "vn", needed: 3, found });
+            };
+            *x = lenient(&self.bytes[token])?;
+        }
+        self.data.normals.push(n.into());
+        fits(self.data.normals.len())
+    }
+
+    fn face(&mut self, statement: &Statement) -> Result<(), ObjErrorKind> {
+        for token in Tokens::new(self.bytes, statement) {
+            let corner = self.corner(&self.bytes[token], statement.line)?;
+            self.data.faces.extend_open(corner);
+        }
+        let corners = self.data.faces.close();
+        if corners < 3 {
+            return Err(ObjErrorKind::TooFewCorners(corners));
+        }
+        self.data.face_lines.push(statement.line);
+        fits(self.data.faces.items().len())
+    }
+
+    fn corner(&mut self, token: &[u8], line: u32) -> Result<Corner, ObjErrorKind> {
+        let bad = || ObjErrorKind::BadCorner(shown(token));
+        let counts = [self.data.positions.len(), self.data.uvs.len(), self.data.normals.len()];
+        let mut named = [None; 3];
+        for (k, part) in token.split(|&b| b == b'/').enumerate() {
+            if k == 3 {
+                return Err(bad());
+            }
+            if part.is_empty() {
+                continue;
+            }
+            let index = integer(part).ok_or_else(bad)?;
+            let index = match index {
+                0 => return Err(ObjErrorKind::ZeroIndex(shown(token))),
+                1.. => Index::try_from(index - 1).map_err(|_| bad())?,
+                _ => usize::try_from(counts[k] as i64 + index).map_err(|_| {
+                    let keyword = ["v", "vt", "vn"][k];
+                    ObjErrorKind::OutOfRange { keyword, index, count: counts[k] }
+                })? as Index,
+            };
+            named[k] = Some(index);
+            self.highest[k].see(index, line);
+        }
+        let [position, uv, normal] = named;
+        let position = position.filter(|p| *p != Index::MAX).ok_or_else(bad)?;
+        Ok(Corner::new(position, uv, normal))
+    }
+}
+
+/// A decimal integer of at most 18 digits.
+fn integer(text: &[u8]) -> Option<i64> {
+    let (negative, digits) = match text {
+        [b'-', digits @ ..] => (true, digits),
+        [b'+', digits @ ..] => (false, digits),
+        digits => (false, digits),
+    };
+    if digits.is_empty() || digits.len() > 18 {
+        return None;
+    }
+    let mut value = 0;
+    for &digit in digits {
+        if !digit.is_ascii_digit() {
+            return None;
+        }
+        value = value * 10 + i64::from(digit - b'0');
+    }
+    Some(if negative { -value } else { value })
+}
+
+/// A number of a `vt` or `vn` line: exporters write NaN there in several spellings, and a mesh with
+/// broken shading can still be denoised.
+fn lenient(token: &[u8]) -> Result<f64, ObjErrorKind> {
+    fast_float2::parse(token).or_else(|_| {
+        let text = token.to_ascii_lowercase();
+        let broken = [&b"nan"[..], b"inf", b"#ind", b"#qnan", b"#snan"];
+        if broken.iter().any(|word| memchr::memmem::find(&text, word).is_some()) {
+            Ok(f64::NAN)
+        } else {
+            Err(ObjErrorKind::NotANumber(shown(token)))
+        }
+    })
+}
+
+fn fits(count: usize) -> Result<(), ObjErrorKind> {
+    if count < Index::MAX as usize { Ok(()) } else { Err(ObjErrorKind::TooLarge) }
+}
