@@ -188,10 +188,7 @@ mod tests {
     use crate::denoise::faces::{Faces, Shapes};
     use crate::noise::{self, Noise};
     use crate::progress::Silent;
-    use crate::ragged::Index;
     use crate::shapes;
-    use crate::topology::Topology;
-    use rustc_hash::FxHashMap;
 
     fn noisy(clean: &Surface, sigma: f64) -> Surface {
         noisy_in(clean, sigma, noise::Direction::Normal)
@@ -246,33 +243,9 @@ mod tests {
         assert!(choice.across > 0.9 * choice.measured.fine && choice.measured.held(choice.kind) < 0.3, "{choice:?}");
     }
 
-    /// A box 1 × 2 × 3 with sides of `cells` × `cells` rectangles, each cut in two.
-    fn gridded_box(cells: u32) -> Surface {
-        let mut points = Vec::new();
-        let mut seen = FxHashMap::default();
-        let mut faces = Vec::new();
-        for (axis, side) in (0..3).flat_map(|axis| [(axis, 0), (axis, cells)]) {
-            for (i, j) in (0..cells).flat_map(|i| (0..cells).map(move |j| (i, j))) {
-                let mut corner = |i: u32, j: u32| {
-                    let mut p = [side; 3];
-                    [p[(axis + 1) % 3], p[(axis + 2) % 3]] = [i, j];
-                    *seen.entry(p).or_insert_with(|| {
-                        points.push(DVec3::from_array(p.map(f64::from)) * DVec3::new(1.0, 2.0, 3.0));
-                        points.len() as Index - 1
-                    })
-                };
-                let [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
-                faces.extend(
-                    [[a, b, c], [a, c, d]].map(|[a, b, c]| if side == 0 { vec![a, c, b] } else { vec![a, b, c] }),
-                );
-            }
-        }
-        Surface::new(Topology::new(points.len(), faces.into_iter().collect()), points)
-    }
-
     #[test]
     fn a_box_keeps_its_edges_in_much_noise() {
-        let clean = gridded_box(24);
+        let clean = shapes::gridded_box(24);
         let noisy = noisy(&clean, 0.3);
         let (deltas, choice) = choose(&noisy, &Auto::default(), &Silent).unwrap();
         let result: Vec<DVec3> = noisy.positions().iter().zip(deltas).map(|(p, d)| *p - d).collect();

@@ -174,3 +174,6 @@ fn global(
     let solution = solve(system, &diagonal, &right, normals.to_vec(), Solve::default(), progress)?;
     Ok(solution.iter().zip(normals).map(|(x, n)| x.try_normalize().unwrap_or(*n)).collect())
 }
+
+#[cfg(test)]
+mod tests;

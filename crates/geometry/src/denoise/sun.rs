@@ -75,3 +75,6 @@ fn filtered(
     }
     Ok(normals)
 }
+
+#[cfg(test)]
+mod tests;

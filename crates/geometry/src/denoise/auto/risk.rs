@@ -110,3 +110,6 @@ impl Judge<'_> {
         sum / count
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -142,3 +142,6 @@ impl Sides {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -304,3 +304,6 @@ impl<'a> System<'a> {
         faces.for_each(|(d, row)| *d = d.zip(&row.residual, |d, r| row.inverse * r + turn * d));
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,120 @@
+use super::*;
+use crate::denoise::noise_level::gaussians;
+use crate::shapes;
+use crate::surface::Surface;
+
+/// A surface, its net, and a judge of results on it whose A is that of the surface without noise.
+struct Bench {
+    clean: Surface,
+    net: Net,
+    normals: Vec<DVec3>,
+    /// σ, model units.
+    sigma: f64,
+}
+
+/// What one draw of the noise and one of the probe say of a linear smoother.
+struct Draw {
+    /// Sum of the estimated risks and of the true squared errors, square unit length.
+    estimate: f64,
+    truth: f64,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let clean = shapes::dented_sphere(2);
+        let net = Net::of(&clean);
+        let normals = net.vertex_normals(clean.positions());
+        let sigma = 0.2 * clean.mean_edge();
+        Self { clean, net, normals, sigma }
+    }
+    fn judge(&self) -> Judge<'_> {
+        let mut linear = Linear::default();
+        linear.measure(&self.net, self.clean.positions(), f64::INFINITY);
+        Judge { net: &self.net, linear, variance: 2.0 * self.sigma * self.sigma, judged: &[] }
+    }
+    /// Standard Gaussians along the normals.
+    fn white(&self, seed: u64) -> Vec<DVec3> {
+        gaussians(self.normals.len(), seed).iter().zip(&self.normals).map(|(g, n)| g.x * *n).collect()
+    }
+    /// Half steps towards the mean of the neighbours.
+    fn smooth(&self, x: &[DVec3], steps: usize) -> Vec<DVec3> {
+        let step = |x: Vec<DVec3>, _| (0..x.len()).map(|v| x[v] - 0.5 * self.net.umbrella.at(&x, v)).collect();
+        (0..steps).fold(x.to_vec(), step)
+    }
+    /// The result of so many steps in this noise, and what the judge sees of it with so many probes.
+    fn seen(&self, steps: usize, seed: u64, probes: u64) -> (Seen, Vec<DVec3>) {
+        let noise = self.white(seed);
+        let noisy: Vec<DVec3> = self.clean.positions().iter().zip(&noise).map(|(p, e)| *p + self.sigma * *e).collect();
+        let result = self.smooth(&noisy, steps);
+        let ways: Vec<DVec3> = result.iter().zip(&noisy).map(|(y, p)| *y - *p).collect();
+        let probes: Vec<_> = (1..=probes).map(|k| self.white(10_000 * k + seed)).collect();
+        let responses: Vec<_> = probes.iter().map(|b| self.smooth(b, steps)).collect();
+        let errors = result.iter().zip(self.clean.positions()).map(|(y, p)| *y - *p).collect();
+        (self.judge().see(&ways, &responses, &probes), errors)
+    }
+    /// Σ |A x|², averaged as the judge does.
+    fn squares(&self, x: &[DVec3]) -> f64 {
+        self.judge().see(x, &[], &[]).residuals.iter().map(|r| r.length_squared()).sum()
+    }
+    fn draw(&self, steps: usize, seed: u64, probes: u64) -> Draw {
+        let (seen, errors) = self.seen(steps, seed, probes);
+        // The constant that is the same for all results is the square of the noise.
+        let noise: Vec<DVec3> = self.white(seed).iter().map(|e| self.sigma * *e).collect();
+        Draw { estimate: seen.risks().iter().sum::<f64>() - self.squares(&noise), truth: self.squares(&errors) }
+    }
+}
+
+/// Mean and its standard error.
+fn mean(values: &[f64]) -> (f64, f64) {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let variance = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    (mean, (variance / count).sqrt())
+}
+
+#[test]
+fn the_estimate_for_a_linear_smoother_is_the_true_error_on_average() {
+    let bench = Bench::new();
+    for steps in [0, 1, 4] {
+        for probes in [1, 3] {
+            let draws: Vec<Draw> = (0..100).map(|seed| bench.draw(steps, seed, probes)).collect();
+            let (truth, _) = mean(&draws.iter().map(|draw| draw.truth).collect::<Vec<_>>());
+            let (gap, error) = mean(&draws.iter().map(|draw| draw.estimate - draw.truth).collect::<Vec<_>>());
+            println!("{steps} {probes}: truth {truth} gap {gap} error {error}");
+            assert!(gap.abs() < 3.0 * error, "{steps} steps: {gap} ± {error}");
+            // Otherwise this shows nothing.
+            assert!(error < 0.05 * truth, "{steps} steps: {error} of {truth}");
+        }
+    }
+}
+
+#[test]
+fn differences_of_the_risk_are_those_of_the_true_error() {
+    let bench = Bench::new();
+    let judge = bench.judge();
+    let degrees = 1f64.to_degrees().powi(2) / bench.net.faces.len() as f64;
+    let gaps: Vec<[f64; 2]> = (0..100)
+        .map(|seed| {
+            let [(little, a), (much, b)] = [1, 4].map(|steps| bench.seen(steps, seed, 2));
+            let estimate = judge.difference([&much, &much], &little.risks());
+            [estimate, degrees * (bench.squares(&b) - bench.squares(&a))]
+        })
+        .collect();
+    let [(estimate, error), (truth, _)] = [0, 1].map(|k| mean(&gaps.iter().map(|gap| gap[k]).collect::<Vec<_>>()));
+    println!("difference {estimate} ± {error} truth {truth}");
+    assert!((estimate - truth).abs() < 0.1 * truth.abs() + 3.0 * error, "{estimate} ± {error}, in truth {truth}");
+}
+
+#[test]
+fn the_risk_of_a_pair_is_that_of_its_mean() {
+    let bench = Bench::new();
+    let judge = bench.judge();
+    let [(a, _), (b, _)] = [1, 4].map(|steps| bench.seen(steps, 7, 1));
+    let half = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| 0.5 * (a + b)).collect::<Vec<f64>>();
+    let residuals = a.residuals.iter().zip(&b.residuals).map(|(a, b)| 0.5 * (*a + *b)).collect();
+    let mixed = Seen { residuals, divergences: vec![half(&a.divergences[0], &b.divergences[0])] };
+    let reference = a.risks();
+    let [pair, alone] = [[&a, &b], [&mixed, &mixed]].map(|pair| judge.difference(pair, &reference));
+    assert!((pair - alone).abs() < 1e-9 * alone.abs(), "{pair} {alone}");
+    assert!(judge.difference([&a, &a], &reference).abs() < 1e-9);
+}
