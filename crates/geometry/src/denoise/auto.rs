@@ -275,6 +275,21 @@ mod tests {
     }
 
     #[test]
+    fn each_kind_of_noise_has_its_candidates() {
+        let clean = shapes::sphere(3);
+        let correlated = noise_level::tests::with_correlated_noise(&clean, 0.5, 3);
+        let (deltas, choice) = choose(&correlated, &Auto::default(), &Silent).unwrap();
+        assert_eq!(choice.kind, Kind::Correlated);
+        assert_eq!(choice.candidates, [Share::all_of(Candidate::Flat)]);
+        assert!(deltas.iter().any(|d| *d != DVec3::ZERO));
+        let white = noisy(&shapes::sphere(2), 0.2);
+        for kind in [Kind::Independent, Kind::Uneven] {
+            let (_, choice) = choose(&white, &Auto { kind: Some(kind), ..Auto::default() }, &Silent).unwrap();
+            assert_eq!((choice.kind, choice.candidates.len()), (kind, Candidate::ALL.len()));
+        }
+    }
+
+    #[test]
     fn every_choice_can_be_overruled() {
         let noisy = noisy(&shapes::sphere(3), 0.2);
         let chosen = |settings: Auto| choose(&noisy, &settings, &Silent).unwrap();

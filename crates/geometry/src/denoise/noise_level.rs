@@ -292,4 +292,4 @@ pub(super) fn gaussians(count: usize, seed: u64) -> Vec<DVec3> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

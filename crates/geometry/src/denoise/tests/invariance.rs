@@ -68,12 +68,15 @@ fn mirror(v: DVec3) -> DVec3 {
 
 #[test]
 fn a_mirror_image_has_mirrored_deltas() {
-    for surface in families() {
+    // With noise, so that no two patches are equally consistent: between those the order of the triangles decides.
+    for clean in families() {
+        let surface = moved_by(&clean, &white_noise(&clean, 0.1, 5));
         let image = mirrored(&surface);
         for denoiser in every() {
             let expected: Vec<_> = deltas(&denoiser, &surface).into_iter().map(mirror).collect();
             let gap = largest_gap(&deltas(&denoiser, &image), &expected);
-            println!("MIRROR {} {gap:e} / {:e}", denoiser.name(), rounding(&denoiser));
+            println!("MIRROR {gap:e} {denoiser:?}");
+            assert!(gap < rounding(&denoiser), "{denoiser:?}: {gap:e}");
         }
     }
 }
@@ -107,7 +110,11 @@ fn other_numbers_of_vertices_and_faces_give_the_same_deltas() {
         for denoiser in every() {
             let expected = permute(&deltas(&denoiser, &surface));
             let gap = largest_gap(&deltas(&denoiser, &other), &expected);
-            println!("RENUMBER {} {gap:e} / {:e} {denoiser:?}", denoiser.name(), rounding(&denoiser));
+            println!("RENUMBER {gap:e} {denoiser:?}");
+            // Probes of `auto` are drawn by the numbers of the vertices, so that the shares of its candidates are others.
+            let near =
+                if matches!(denoiser, Denoiser::Auto(_)) { 0.2 * surface.mean_edge() } else { rounding(&denoiser) };
+            assert!(gap < near, "{denoiser:?}: {gap:e}");
         }
     }
 }

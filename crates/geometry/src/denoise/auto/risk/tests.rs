@@ -75,15 +75,15 @@ fn mean(values: &[f64]) -> (f64, f64) {
 #[test]
 fn the_estimate_for_a_linear_smoother_is_the_true_error_on_average() {
     let bench = Bench::new();
+    let noise: f64 = (0..100).map(|seed| bench.draw(0, seed, 1).truth).sum::<f64>() / 100.0;
     for steps in [0, 1, 4] {
         for probes in [1, 3] {
             let draws: Vec<Draw> = (0..100).map(|seed| bench.draw(steps, seed, probes)).collect();
-            let (truth, _) = mean(&draws.iter().map(|draw| draw.truth).collect::<Vec<_>>());
             let (gap, error) = mean(&draws.iter().map(|draw| draw.estimate - draw.truth).collect::<Vec<_>>());
-            println!("{steps} {probes}: truth {truth} gap {gap} error {error}");
+            println!("RISK {steps} {probes}: gap {gap} error {error} noise {noise}");
             assert!(gap.abs() < 3.0 * error, "{steps} steps: {gap} ± {error}");
-            // Otherwise this shows nothing.
-            assert!(error < 0.05 * truth, "{steps} steps: {error} of {truth}");
+            // Otherwise this shows nothing: the divergence is of the size of the noise.
+            assert!(error < 0.04 * noise, "{steps} steps: {error} of {noise}");
         }
     }
 }
@@ -101,7 +101,7 @@ fn differences_of_the_risk_are_those_of_the_true_error() {
         })
         .collect();
     let [(estimate, error), (truth, _)] = [0, 1].map(|k| mean(&gaps.iter().map(|gap| gap[k]).collect::<Vec<_>>()));
-    println!("difference {estimate} ± {error} truth {truth}");
+    // Trimming leaves out some of the largest.
     assert!((estimate - truth).abs() < 0.1 * truth.abs() + 3.0 * error, "{estimate} ± {error}, in truth {truth}");
 }
 

@@ -98,7 +98,8 @@ impl Round {
             let umbrella = net.umbrella.row(v as Index).iter().map(|&(w, u)| u * positions[w as usize]).sum();
             energy += prior.spread * f64::min(SIGMA.powi(-2), 25.0) * across(umbrella).length_squared();
         }
-        let centroid = |f: usize| net.faces.triangles[f].iter().map(|&v| self.positions[v as usize]).sum::<DVec3>() / 3.0;
+        let centroid =
+            |f: usize| net.faces.triangles[f].iter().map(|&v| self.positions[v as usize]).sum::<DVec3>() / 3.0;
         for (e, pair) in net.faces.pairs.iter().enumerate() {
             let [i, j] = pair.map(|f| f as usize);
             let (w, v) = self.weights(e, pair[0]);
