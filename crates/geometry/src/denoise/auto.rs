@@ -276,7 +276,7 @@ mod tests {
 
     #[test]
     fn each_kind_of_noise_has_its_candidates() {
-        let clean = shapes::sphere(3);
+        let clean = shapes::sphere(4);
         let correlated = noise_level::tests::with_correlated_noise(&clean, 0.5, 3);
         let (deltas, choice) = choose(&correlated, &Auto::default(), &Silent).unwrap();
         assert_eq!(choice.kind, Kind::Correlated);

@@ -32,7 +32,6 @@ fn sigma_is_known_to_three_standard_errors() {
             let mean = found.iter().sum::<f64>() / DRAWS as f64;
             let variance = found.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (DRAWS - 1) as f64;
             let error = (variance / DRAWS as f64).sqrt();
-            println!("SIGMA {surface} {sigma}: {mean} ± {error}");
             let too_much = mean - sigma;
             assert!(-3.0 * error < too_much && too_much < bias + 3.0 * error, "surface {surface}: {mean} ± {error}");
             // A vertex tells less than a fresh number, and the median less than the deviation of all: some ten per cent

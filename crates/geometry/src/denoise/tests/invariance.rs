@@ -75,7 +75,6 @@ fn a_mirror_image_has_mirrored_deltas() {
         for denoiser in every() {
             let expected: Vec<_> = deltas(&denoiser, &surface).into_iter().map(mirror).collect();
             let gap = largest_gap(&deltas(&denoiser, &image), &expected);
-            println!("MIRROR {gap:e} {denoiser:?}");
             assert!(gap < rounding(&denoiser), "{denoiser:?}: {gap:e}");
         }
     }
@@ -110,7 +109,6 @@ fn other_numbers_of_vertices_and_faces_give_the_same_deltas() {
         for denoiser in every() {
             let expected = permute(&deltas(&denoiser, &surface));
             let gap = largest_gap(&deltas(&denoiser, &other), &expected);
-            println!("RENUMBER {gap:e} {denoiser:?}");
             // Probes of `auto` are drawn by the numbers of the vertices, so that the shares of its candidates are others.
             let near =
                 if matches!(denoiser, Denoiser::Auto(_)) { 0.2 * surface.mean_edge() } else { rounding(&denoiser) };

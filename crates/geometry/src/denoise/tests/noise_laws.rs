@@ -37,42 +37,40 @@ fn expected(denoiser: &Denoiser) -> Expected {
         // Linear filters leave a fifth of the noise, round the edges of the box, and shrink the sphere. At 0.1 what they take
         // of such a shape is more than the noise, so that less of δ is noise.
         Denoiser::Laplacian(_) => {
-            Expected { left: [0.25, 0.8, 0.32], still: [0.15, 0.25, 0.05], follows: [0.5, 0.3, 0.5], ..USUAL }
+            Expected { left: [0.25, 0.75, 0.32], still: [0.15, 0.24, 0.05], follows: [0.5, 0.35, 0.5], ..USUAL }
         }
         // The pass band gives back most of the shape, and lets more of the noise through.
-        Denoiser::Taubin(_) => {
-            Expected { left: [0.28, 0.78, 0.36], still: [0.06, 0.17, 0.01], follows: [0.5, 0.4, 0.5], ..USUAL }
-        }
+        Denoiser::Taubin(_) => Expected { left: [0.28, 0.75, 0.36], still: [0.06, 0.15, 0.01], ..USUAL },
         Denoiser::Hc(_) => {
-            Expected { left: [0.2, 0.82, 0.3], still: [0.07, 0.21, 0.012], follows: [0.5, 0.35, 0.5], ..USUAL }
+            Expected { left: [0.2, 0.8, 0.3], still: [0.07, 0.19, 0.012], follows: [0.5, 0.42, 0.5], ..USUAL }
         }
         // Moves vertices farther than the others do at their defaults.
         Denoiser::Implicit(_) => {
-            Expected { left: [0.22, 0.88, 0.31], still: [0.23, 0.34, 0.075], follows: [0.33, 0.22, 0.5], ..USUAL }
+            Expected { left: [0.22, 0.82, 0.31], still: [0.23, 0.31, 0.075], follows: [0.33, 0.28, 0.5], ..USUAL }
         }
         // Keeps edges better than a mean does, and shrinks the sphere most: each step goes to where the neighbours are, which
         // is inside.
         Denoiser::Bilateral(_) => {
-            Expected { left: [0.28, 0.65, 0.43], still: [0.32, 0.07, 0.06], follows: [0.3, 0.5, 0.5], ..USUAL }
+            Expected { left: [0.28, 0.63, 0.43], still: [0.32, 0.06, 0.06], follows: [0.3, 0.5, 0.5], ..USUAL }
         }
         // Means over all neighbours that look the same way: right on the sphere and the sides of the box, while the bumps of
         // the sheet are flattened, by more than the noise at 0.1.
         Denoiser::Sun(_) => {
-            Expected { left: [0.1, 0.26, 0.46], still: [0.02, 1e-12, 0.21], follows: [0.5, 0.5, 0.38], ..USUAL }
+            Expected { left: [0.1, 0.21, 0.46], still: [0.02, 1e-12, 0.21], follows: [0.5, 0.5, 0.38], ..USUAL }
         }
         // Near neighbours count more, so that the bumps stay; in noise of 0.3 sides of the box are not told apart well.
-        Denoiser::BilateralNormals(_) => Expected { left: [0.085, 0.36, 0.24], still: [0.006, 0.001, 0.06], ..USUAL },
+        Denoiser::BilateralNormals(_) => Expected { left: [0.085, 0.31, 0.24], still: [0.006, 0.001, 0.06], ..USUAL },
         // Guidance makes patches of the sphere flat.
-        Denoiser::GuidedNormals(_) => Expected { left: [0.25, 0.18, 0.15], still: [0.02, 0.035, 0.042], ..USUAL },
+        Denoiser::GuidedNormals(_) => Expected { left: [0.25, 0.14, 0.15], still: [0.02, 0.025, 0.042], ..USUAL },
         // All that is not flat becomes facets, which on curved surfaces are wrong by a part of the angle between them.
-        Denoiser::L0(_) => Expected { left: [0.8, 0.24, 0.5], still: [0.09, 0.001, 0.085], ..USUAL },
+        Denoiser::L0(_) => Expected { left: [0.8, 0.17, 0.52], still: [0.09, 0.0001, 0.085], ..USUAL },
         // Jumps are not penalised beyond their size, which is as good on curved surfaces as on flat ones.
-        Denoiser::TgvNormals(_) => Expected { left: [0.33, 0.16, 0.29], still: [0.011, 0.007, 0.034], ..USUAL },
+        Denoiser::TgvNormals(_) => Expected { left: [0.33, 0.125, 0.29], still: [0.011, 0.007, 0.034], ..USUAL },
         // No noise is found where there is none. The prior for creases makes facets of the sphere in noise of 0.1, which are
         // gone in more of it, when a facet costs more than it explains.
-        Denoiser::Map(_) => Expected { left: [0.25, 0.14, 0.35], grows: 0.8, ..USUAL },
+        Denoiser::Map(_) => Expected { left: [0.25, 0.12, 0.35], grows: 0.8, ..USUAL },
         // The best of several priors and linear smoothing on each surface.
-        Denoiser::Auto(_) => Expected { left: [0.14, 0.12, 0.19], ..USUAL },
+        Denoiser::Auto(_) => Expected { left: [0.14, 0.1, 0.19], ..USUAL },
     }
 }
 
@@ -135,56 +133,63 @@ impl Case {
     }
 }
 
+/// Lists every case that breaks a law, so that one run shows them all.
+fn assert_none(broken: &[String]) {
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
+}
+
+/// Each case with each level of noise.
+fn noisy_cases() -> impl Iterator<Item = (&'static Case, usize, &'static [DVec3])> {
+    CASES.iter().flat_map(|case| (0..).zip(&case.deltas).map(move |(level, deltas)| (case, level, &deltas[..])))
+}
+
 #[test]
 fn the_angle_between_normals_falls() {
-    for case in CASES.iter() {
-        for (level, deltas) in case.deltas.iter().enumerate() {
-            println!("LEFT {} {} {:.3}", case.name(), LEVELS[level], case.left(level, deltas));
-            let left = case.left(level, deltas);
-            assert!(case.lowers_ea(level, deltas), "{} at {}: {left}", case.name(), LEVELS[level]);
-        }
-    }
+    let broken = noisy_cases().filter(|(case, level, deltas)| !case.lowers_ea(*level, deltas));
+    let told = broken.map(|(case, level, deltas)| {
+        format!("{} in noise of {}: {:.3} of Ea is left", case.name(), LEVELS[level], case.left(level, deltas))
+    });
+    assert_none(&told.collect::<Vec<_>>());
 }
 
 #[test]
 fn twice_the_noise_leaves_no_less() {
-    for case in CASES.iter() {
+    let told = CASES.iter().filter_map(|case| {
         let [once, twice] = [0, 1].map(|level| case.ea(level, &case.deltas[level]));
-        println!("GROWS {} {:.3}", case.name(), twice / once);
-        assert!(twice >= expected(&case.denoiser).grows * once, "{}: {once}° {twice}°", case.name());
-    }
+        let less = twice < expected(&case.denoiser).grows * once;
+        less.then(|| format!("{}: {once:.2}° in noise of 0.1 and {twice:.2}° in noise of 0.2", case.name()))
+    });
+    assert_none(&told.collect::<Vec<_>>());
 }
 
 #[test]
 fn deltas_follow_the_noise_that_was_added() {
-    for case in CASES.iter() {
-        for (level, deltas) in case.deltas.iter().enumerate() {
-            let correlation = case.correlation(level, deltas);
-            println!("FOLLOWS {} {} {correlation:.3}", case.name(), LEVELS[level]);
-            assert!(case.follows_the_noise(level, deltas), "{} at {}: {correlation}", case.name(), LEVELS[level]);
-        }
-    }
+    let broken = noisy_cases().filter(|(case, level, deltas)| !case.follows_the_noise(*level, deltas));
+    let told = broken.map(|(case, level, deltas)| {
+        format!("{} in noise of {}: correlation {:.3}", case.name(), LEVELS[level], case.correlation(level, deltas))
+    });
+    assert_none(&told.collect::<Vec<_>>());
 }
 
 #[test]
 fn a_surface_without_noise_hardly_moves() {
-    for case in CASES.iter() {
-        let rms = (dot(&case.still, &case.still) / case.still.len() as f64).sqrt() / CLEAN[case.surface].mean_edge();
-        println!("STILL {} {rms:.5}", case.name());
-        assert!(rms <= expected(&case.denoiser).still[case.surface], "{}: {rms}", case.name());
-    }
+    let told = CASES.iter().filter_map(|case| {
+        let mean_square = dot(&case.still, &case.still) / case.still.len() as f64;
+        let moved = mean_square.sqrt() / CLEAN[case.surface].mean_edge();
+        let far = moved > expected(&case.denoiser).still[case.surface];
+        far.then(|| format!("{}: {moved:.5} mean edges", case.name()))
+    });
+    assert_none(&told.collect::<Vec<_>>());
 }
 
 #[test]
 fn do_nothing_and_a_sharpener_fail() {
-    for case in CASES.iter() {
-        for (level, deltas) in case.deltas.iter().enumerate() {
-            let nothing = vec![DVec3::ZERO; deltas.len()];
-            let sharpened: Vec<DVec3> = deltas.iter().map(|delta| -*delta).collect();
-            for wrong in [nothing, sharpened] {
-                assert!(!case.lowers_ea(level, &wrong), "{}", case.name());
-                assert!(!case.follows_the_noise(level, &wrong), "{}", case.name());
-            }
+    for (case, level, deltas) in noisy_cases() {
+        let nothing = vec![DVec3::ZERO; deltas.len()];
+        let sharpened: Vec<DVec3> = deltas.iter().map(|delta| -*delta).collect();
+        for wrong in [nothing, sharpened] {
+            assert!(!case.lowers_ea(level, &wrong), "{}", case.name());
+            assert!(!case.follows_the_noise(level, &wrong), "{}", case.name());
         }
     }
 }

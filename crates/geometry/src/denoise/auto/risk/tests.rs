@@ -80,7 +80,6 @@ fn the_estimate_for_a_linear_smoother_is_the_true_error_on_average() {
         for probes in [1, 3] {
             let draws: Vec<Draw> = (0..100).map(|seed| bench.draw(steps, seed, probes)).collect();
             let (gap, error) = mean(&draws.iter().map(|draw| draw.estimate - draw.truth).collect::<Vec<_>>());
-            println!("RISK {steps} {probes}: gap {gap} error {error} noise {noise}");
             assert!(gap.abs() < 3.0 * error, "{steps} steps: {gap} ± {error}");
             // Otherwise this shows nothing: the divergence is of the size of the noise.
             assert!(error < 0.04 * noise, "{steps} steps: {error} of {noise}");
