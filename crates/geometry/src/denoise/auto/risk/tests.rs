@@ -117,3 +117,22 @@ fn the_risk_of_a_pair_is_that_of_its_mean() {
     assert!((pair - alone).abs() < 1e-9 * alone.abs(), "{pair} {alone}");
     assert!(judge.difference([&a, &a], &reference).abs() < 1e-9);
 }
+
+#[test]
+fn the_risk_over_several_probes_is_the_mean_over_each() {
+    let bench = Bench::new();
+    let judge = bench.judge();
+    let [(a, _), (b, _)] = [1, 4].map(|steps| bench.seen(steps, 7, 3));
+    let reference = a.risks();
+    let one = |seen: &Seen, probe: usize| Seen {
+        residuals: seen.residuals.clone(),
+        divergences: vec![seen.divergences[probe].clone()],
+    };
+    let each = |probe: usize| judge.difference([&one(&a, probe), &one(&b, probe)], &reference);
+    let all = judge.difference([&a, &b], &reference);
+    assert!((all - (0..3).map(each).sum::<f64>() / 3.0).abs() < 1e-9 * all.abs(), "{all}");
+    // A result with one probe goes on with it.
+    let few = judge.difference([&one(&a, 0), &b], &reference);
+    let each = |probe: usize| judge.difference([&one(&a, 0), &one(&b, probe)], &reference);
+    assert!((few - (0..3).map(each).sum::<f64>() / 3.0).abs() < 1e-9 * few.abs(), "{few}");
+}
