@@ -326,14 +326,16 @@ mod tests {
         edges.update(&mesh, &start, input);
         let count = edges.vertices.len();
         let (dihedral_angle, mean_edge) = (start.mean_dihedral_angle(&mesh), surface.mean_edge());
-        // Weights of about one, and a β that ends after one round.
-        let settings = L0 { alpha: 2.0, beta_min: 3.0, beta_max: 3.5, sparsity: 5.0, ..L0::default() };
-        let (alpha, beta) = (2.0 * dihedral_angle, 3.0);
-        let threshold = 5.0 * 0.2 * mean_edge.powi(2) * dihedral_angle / beta;
         let jump = |e: usize| edges.difference(input, e);
+        let mut squares: Vec<f64> = (0..count).map(|e| jump(e).length_squared()).collect();
+        squares.sort_unstable_by(f64::total_cmp);
+        // Weights are about one, there is one round, and its λ/β makes half of the edges flat.
+        let (alpha, beta) = (2.0 * dihedral_angle, 3.0);
+        let threshold = 0.5 * (squares[count / 2 - 1] + squares[count / 2]);
+        let sparsity = threshold * beta / (0.2 * mean_edge.powi(2) * dihedral_angle);
+        let settings = L0 { alpha: 2.0, beta_min: beta, beta_max: 3.5, sparsity, ..L0::default() };
         let kept = |e: usize| if jump(e).length_squared() >= threshold { jump(e) } else { DVec3::ZERO };
-        let flat = (0..count).filter(|&e| kept(e) == DVec3::ZERO).count();
-        assert!(flat > count / 10 && flat < count * 9 / 10, "{flat} of {count}: otherwise this shows less");
+        assert_eq!((0..count).filter(|&e| kept(e) == DVec3::ZERO).count(), count / 2);
         let deltas = deltas(&surface, &settings, &Silent).unwrap();
         let x = surface.moved_by(&deltas);
         let pulls = |x: &[DVec3]| -> Vec<[DVec3; 2]> {

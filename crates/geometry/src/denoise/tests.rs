@@ -20,7 +20,7 @@ use crate::progress::Silent;
 use crate::source::model::NormalSource;
 use glam::DQuat;
 
-/// Some of each; a new method is added here and nowhere else.
+/// Methods with some settings each; a new method is added here and nowhere else.
 fn every() -> Vec<Denoiser> {
     let mut all = normal_filters();
     for weights in [EdgeWeights::Uniform, EdgeWeights::Cotangent] {
@@ -52,7 +52,7 @@ fn estimates() -> Vec<Denoiser> {
     all
 }
 
-/// A setting of the vertex update; none where there is no such.
+/// A setting of the vertex update; none where the method has no such setting.
 fn settings_of(denoiser: &Denoiser, name: &str) -> Option<serde_json::Value> {
     serde_json::to_value(denoiser).unwrap().get("vertex_update")?.get(name).cloned()
 }
@@ -89,7 +89,7 @@ fn normal_filters() -> Vec<Denoiser> {
     all
 }
 
-/// What the method does at the boundary; none where it says nothing of it.
+/// Setting of the method for the boundary; none where it has no such setting.
 fn boundary(denoiser: &Denoiser) -> Option<Boundary> {
     let settings = serde_json::to_value(denoiser).unwrap();
     let found = settings.get("boundary").or_else(|| settings.get("vertex_update")?.get("boundary"))?;
@@ -118,7 +118,7 @@ fn six_volumes(surface: &Surface, deltas: &[DVec3]) -> f64 {
     surface.triangles().map(|t| t.map(at)).map(|[a, b, c]| a.dot(b.cross(c))).sum()
 }
 
-/// Closed, open with a boundary, of quads, and noisy.
+/// A closed surface, one with a boundary, one of quads, and one with noise.
 fn families() -> [Surface; 4] {
     let sphere = shapes::sphere(2);
     let noise = white_noise(&sphere, 0.2, 1);

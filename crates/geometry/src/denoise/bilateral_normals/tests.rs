@@ -2,7 +2,7 @@ use super::*;
 use crate::mesh::shapes;
 use crate::progress::Silent;
 
-/// wᵢⱼ at the head of the file for each triangle with each other one, 0 where they are no neighbours. #T×T
+/// Weights wᵢⱼ as the module documents them for all pairs of triangles; 0 for pairs that are not neighbours. #T×T
 fn slow_weights(surface: &Surface, settings: &BilateralNormals) -> Vec<Vec<f64>> {
     let triangles: Vec<_> = surface.triangles().collect();
     let FaceGeometry { normals, areas, centroids } = FaceGeometry::of(&TriangleMesh::of(surface), surface.positions());
@@ -23,7 +23,7 @@ fn slow_weights(surface: &Surface, settings: &BilateralNormals) -> Vec<Vec<f64>>
     (0..count).map(|i| (0..count).map(|j| weight(i, j)).collect()).collect()
 }
 
-/// Settings that are nowhere alike, so that one cannot stand for another.
+/// Settings with other numbers in each place, so that none can be taken for another.
 fn kinds() -> [BilateralNormals; 2] {
     let vertex = BilateralNormals { iterations: 1, sigma_spatial: 0.8, sigma_range: 0.3, ..<_>::default() };
     [vertex, BilateralNormals { neighbours: Neighbours::Edge, sigma_spatial: 1.3, ..vertex }]
@@ -88,7 +88,7 @@ fn normals_of_a_box_are_a_fixed_point() {
     let surface = shapes::gridded_box(4);
     let mesh = TriangleMesh::of(&surface);
     let geometry = FaceGeometry::of(&mesh, surface.positions());
-    // Normals at right angles are √2 apart: 14 σ_s, where the weight is e⁻¹⁰⁰.
+    // Normals at right angles are √2 apart, which is 14 σ_s, where the weight is e⁻¹⁰⁰.
     let settings = BilateralNormals { sigma_range: 0.1, ..<_>::default() };
     for scheme in [Scheme::Local, Scheme::Global] {
         let settings = BilateralNormals { scheme, ..settings };

@@ -15,7 +15,7 @@ fn the_widest_pair_is_found_in_lists_of_any_length() {
     }
 }
 
-/// The guidance at the head of the file, each triangle with each other one.
+/// Guidance as the module documents it, for all pairs of triangles. #T×3
 fn slow_guidance(surface: &Surface) -> Vec<DVec3> {
     let triangles: Vec<_> = surface.triangles().collect();
     let FaceGeometry { normals, areas, .. } = FaceGeometry::of(&TriangleMesh::of(surface), surface.positions());
@@ -75,7 +75,7 @@ fn a_round_is_that_of_the_formula() {
         within.map(|j| normals[j] * weight(i, j)).sum::<DVec3>().normalize()
     };
     let filtered: Vec<DVec3> = all.clone().map(filtered).collect();
-    // One step of eq. 12 of Sun et al.
+    // The vertices take one step of eq. 12 of Sun et al.
     for (v, delta) in deltas(&surface, &settings, &Silent).unwrap().into_iter().enumerate() {
         let around: Vec<usize> = all.clone().filter(|&f| triangles[f].contains(&(v as Index))).collect();
         let pull = |&f: &usize| filtered[f] * filtered[f].dot(centroids[f] - points[v]);
@@ -106,6 +106,6 @@ fn a_box_is_a_fixed_point_but_for_triangles_with_three_vertices_on_its_edges() {
             assert!(n.distance(exact.normals[f]) < 1e-14, "{f}: {n}");
         }
     }
-    // Two on each side.
+    // There are two on each side.
     assert_eq!(excepted, 12);
 }

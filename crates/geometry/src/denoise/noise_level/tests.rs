@@ -23,7 +23,7 @@ pub(in crate::denoise) fn with_correlated_noise(clean: &Surface, sigma: f64, see
 #[test]
 fn sigma_is_known_to_three_standard_errors() {
     const DRAWS: u64 = 12;
-    // Bias that is allowed beyond the errors, mean edges: edges of the box are in the finest band too.
+    // A bias of this many mean edges is allowed beyond the errors: edges of the box are in the finest band too.
     let cases = [(shapes::sphere(3), 0.0), (shapes::bumpy_sheet(28), 0.0), (shapes::gridded_box(16), 0.03)];
     for (surface, (clean, bias)) in cases.iter().enumerate() {
         for sigma in [0.1, 0.2, 0.3] {
@@ -34,8 +34,8 @@ fn sigma_is_known_to_three_standard_errors() {
             let error = (variance / DRAWS as f64).sqrt();
             let too_much = mean - sigma;
             assert!(-3.0 * error < too_much && too_much < bias + 3.0 * error, "surface {surface}: {mean} ± {error}");
-            // A vertex tells less than a fresh number, and the median less than the deviation of all: some ten per cent
-            // in one draw of 640 vertices would be too much.
+            // Neighbours share noise, and the median is less exact than the deviation of all; still one draw of 640 vertices
+            // is known to 7 %.
             assert!(error < 0.02 * sigma, "{error}");
         }
     }
@@ -57,11 +57,11 @@ fn noise_is_what_it_was_made_as() {
     }
 }
 
-/// Figures of white noise of a fifth of an edge.
+/// Statistics of white noise of a fifth of an edge.
 const WHITE: NoiseLevel =
     NoiseLevel { fine: 0.2, tail: 0.2, coarse: 0.2, sign_agreement: 0.0, tangential: 0.1, skewness: 0.0 };
 
-/// The kind that figures say, and σ for it.
+/// Kind of the noise by its statistics, and σ for that kind.
 fn said(level: NoiseLevel) -> (Kind, f64) {
     (level.kind(), level.sigma_as(level.kind()))
 }
@@ -90,7 +90,7 @@ fn a_coarse_band_beyond_the_fine_one_makes_noise_correlated() {
     let factor = (excess(0.26) / 0.07).powi(2);
     assert!(factor > 2.5 && factor < 5.0);
     assert_said(NoiseLevel { coarse: 0.26, ..smooth }, Kind::Correlated, 1.5 * factor * 0.2);
-    // Detail of common surfaces.
+    // So much is detail of common surfaces.
     assert_said(NoiseLevel { coarse: 0.24, ..smooth }, Kind::Independent, 0.2);
     // Neighbours do not agree at all.
     assert_said(NoiseLevel { coarse: 0.4, ..WHITE }, Kind::Correlated, 7.5 * excess(0.4));
@@ -105,7 +105,7 @@ fn little_and_skewed_noise_is_none() {
     let little = NoiseLevel { fine: 0.036, tail: 0.036, coarse: 0.036, ..WHITE };
     assert_said(little, Kind::Independent, 0.036);
     assert_eq!(NoiseLevel { fine: 0.034, tail: 0.034, ..little }.kind(), Kind::None);
-    // Half of the square is detail of the surface.
+    // Half of the variance is detail of the surface.
     let detailed = NoiseLevel { sign_agreement: 0.01 + 0.5 * 0.045, ..little };
     assert_said(detailed, Kind::None, 0.036 * 0.5f64.sqrt());
     assert_said(NoiseLevel { sign_agreement: 0.1, ..little }, Kind::None, 0.0);
@@ -134,9 +134,9 @@ fn skewness_is_that_of_the_deciles() {
     let ramp = |k: usize| k as f64 / 1e4;
     let of = |f: fn(f64) -> f64| quantile_skewness((0..10_000).map(|k| f(ramp(k))).collect());
     assert!(of(|x| x).abs() < 1e-3);
-    // (0.64 + 0.04 − 2 · 0.25) / (0.64 − 0.04)
+    // The quotient is (0.64 + 0.04 − 2 · 0.25) / (0.64 − 0.04).
     assert!((of(|x| x * x) - 0.3).abs() < 1e-3 && (of(|x| -x * x) + 0.3).abs() < 1e-3);
     assert_eq!(quantile_skewness(vec![0.0; 10_000]), 0.0);
-    // Too few to tell.
+    // So few values tell nothing.
     assert_eq!(quantile_skewness((0..1999).map(|k| ramp(k).powi(2)).collect()), 0.0);
 }

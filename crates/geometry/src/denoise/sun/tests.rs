@@ -2,7 +2,7 @@ use super::*;
 use crate::mesh::shapes;
 use crate::progress::Silent;
 
-/// One step of the formula at the head of the file, each triangle with each other one.
+/// One step of the filter as the module documents it, for all pairs of triangles. #T×3
 fn slow_step(surface: &Surface, threshold: f64) -> Vec<DVec3> {
     let triangles: Vec<_> = surface.triangles().collect();
     let normals = FaceGeometry::of(&TriangleMesh::of(surface), surface.positions()).normals;
@@ -24,7 +24,7 @@ fn a_step_is_that_of_the_formula() {
         let one = Sun { iterations: 1, threshold, ..Sun::default() };
         let fast = filtered(&mesh, surface.positions(), &one, &Silent).unwrap();
         for (fast, slow) in fast.iter().zip(slow_step(&surface, threshold)) {
-            // A dozen terms of size one.
+            // A sum of a dozen terms of size one is rounded by a few ulps.
             assert!(fast.distance(slow) < 1e-14, "{threshold}: {fast} {slow}");
         }
     }

@@ -49,7 +49,7 @@ fn the_same_surface_gives_the_same_bits_on_any_number_of_threads() {
     }
 }
 
-/// The surface as a mirror shows it, with the faces turned over so that they face outwards again.
+/// Mirror image of a surface, with its faces reversed so that they face outwards again.
 fn mirrored(surface: &Surface) -> Surface {
     // The first corner stays the first, so that polygons fall into the same triangles.
     let reversed = |face: &[Index]| {
@@ -68,7 +68,7 @@ fn mirror(v: DVec3) -> DVec3 {
 
 #[test]
 fn a_mirror_image_has_mirrored_deltas() {
-    // With noise, so that no two patches are equally consistent: between those the order of the triangles decides.
+    // Noise makes sure that no two patches are equally consistent: between those the order of the triangles decides.
     for clean in families() {
         let surface = displaced(&clean, &white_noise(&clean, 0.1, 5));
         let image = mirrored(&surface);
@@ -80,7 +80,7 @@ fn a_mirror_image_has_mirrored_deltas() {
     }
 }
 
-/// Indices below `count`, well mixed: at place i the one that comes there.
+/// Indices below `count` in a well mixed order, which does not depend on chance.
 fn shuffled(count: usize) -> Vec<Index> {
     let mut order: Vec<Index> = (0..count as Index).collect();
     order.sort_by_key(|i| i.wrapping_mul(2_654_435_761));
@@ -89,8 +89,8 @@ fn shuffled(count: usize) -> Vec<Index> {
 
 #[test]
 fn other_numbers_of_vertices_and_faces_give_the_same_deltas() {
-    // Without polygons, which may fall into other triangles, and with noise: between patches that are equally consistent and
-    // edges that are equally flat the order of the faces may decide.
+    // There are no polygons, which may fall into other triangles, and there is noise: between patches that are equally
+    // consistent and edges that are equally flat the order of the faces may decide.
     for clean in [shapes::dented_sphere(2), shapes::bumpy_sheet(8)] {
         let surface = displaced(&clean, &white_noise(&clean, 0.2, 1));
         let count = surface.positions().len();

@@ -5,7 +5,7 @@
 use super::*;
 use std::sync::LazyLock;
 
-/// Deviations of the noise, mean edges.
+/// Standard deviations of the noise, mean edges.
 const LEVELS: [f64; 3] = [0.1, 0.2, 0.3];
 
 /// A sphere, a box and a bumpy sheet of 1280 to 3072 triangles, without noise.
@@ -19,19 +19,19 @@ const NAMES: [&str; 3] = ["sphere", "box", "sheet"];
 
 /// Bounds for a method at its defaults, each for the sphere, the box and the sheet.
 struct Expected {
-    /// Ea after over Ea before is below this at all levels of noise.
+    /// Bound of Ea after over Ea before, at all levels of noise.
     left: [f64; 3],
-    /// Root mean square of what vertices of the clean surface move by is at most this, mean edges.
+    /// Largest root mean square of the displacements of a surface without noise, mean edges.
     still: [f64; 3],
-    /// ⟨δ, e⟩ / |δ| |e| is above this at all levels, with e the noise that was added.
+    /// Lower bound of the correlation ⟨δ, e⟩ / |δ| |e| with the added noise e, at all levels of noise.
     follows: [f64; 3],
-    /// Ea at 0.2 over Ea at 0.1 is at least this.
+    /// Smallest quotient of Ea after in noise of 0.2 and Ea after in noise of 0.1.
     grows: f64,
 }
 
 const USUAL: Expected = Expected { left: [0.0; 3], still: [0.0; 3], follows: [0.5; 3], grows: 1.0 };
 
-/// What is known of each method; a method without a line here does not compile.
+/// Bounds of each method; without a line for each of them this does not compile.
 fn expected(denoiser: &Denoiser) -> Expected {
     match denoiser {
         // Linear filters leave a fifth of the noise, round the edges of the box, and shrink the sphere. At 0.1 what they take
@@ -44,16 +44,16 @@ fn expected(denoiser: &Denoiser) -> Expected {
         Denoiser::Hc(_) => {
             Expected { left: [0.2, 0.8, 0.3], still: [0.07, 0.19, 0.012], follows: [0.5, 0.42, 0.5], ..USUAL }
         }
-        // Moves vertices farther than the others do at their defaults.
+        // This method moves vertices farther than the others do at their defaults.
         Denoiser::Implicit(_) => {
             Expected { left: [0.22, 0.82, 0.31], still: [0.23, 0.31, 0.075], follows: [0.33, 0.28, 0.5], ..USUAL }
         }
-        // Keeps edges better than a mean does, and shrinks the sphere most: each step goes to where the neighbours are, which
-        // is inside.
+        // The filter keeps edges better than a mean does, and shrinks the sphere most: each step goes to the neighbours, which
+        // are inside.
         Denoiser::Bilateral(_) => {
             Expected { left: [0.28, 0.63, 0.43], still: [0.32, 0.06, 0.06], follows: [0.3, 0.5, 0.5], ..USUAL }
         }
-        // Means over all neighbours that look the same way: right on the sphere and the sides of the box, while the bumps of
+        // A mean over all neighbours that look the same way suits the sphere and the sides of the box, while the bumps of
         // the sheet are flattened, by more than the noise at 0.1.
         Denoiser::Sun(_) => {
             Expected { left: [0.1, 0.21, 0.46], still: [0.02, 1e-12, 0.21], follows: [0.5, 0.5, 0.38], ..USUAL }
@@ -69,7 +69,7 @@ fn expected(denoiser: &Denoiser) -> Expected {
         // No noise is found where there is none. On the sphere the prior for creases leaves 1.9° in noise of 0.1 and 1.6° in
         // noise of 0.2.
         Denoiser::Map(_) => Expected { left: [0.25, 0.12, 0.35], grows: 0.8, ..USUAL },
-        // The best of several priors and linear smoothing on each surface.
+        // On each surface the best of several priors and of linear smoothing is taken.
         Denoiser::Auto(_) => Expected { left: [0.14, 0.1, 0.19], ..USUAL },
     }
 }
@@ -95,7 +95,7 @@ static CASES: LazyLock<Vec<Case>> = LazyLock::new(|| {
     Denoiser::every().iter().flat_map(|denoiser| (0..3).map(|surface| case(denoiser.clone(), surface))).collect()
 });
 
-/// The noise of a level on a surface: the same draw at each level. #V×3, model units
+/// Noise of a level on a surface, which is the same draw at each level. #V×3, model units
 fn noise_on(surface: usize, level: usize) -> Vec<DVec3> {
     white_noise(&CLEAN[surface], LEVELS[level], 11)
 }
@@ -112,15 +112,15 @@ impl Case {
     fn name(&self) -> String {
         format!("{} on the {}", self.denoiser.name(), NAMES[self.surface])
     }
-    /// Ea of a result for a level, degrees.
+    /// Ea between the clean surface and a result, degrees.
     fn ea(&self, level: usize, deltas: &[DVec3]) -> f64 {
         mean_angle(&CLEAN[self.surface], &without(&noisy(self.surface, level), deltas))
     }
-    /// Ea after over Ea before.
+    /// Fraction of Ea that a result leaves.
     fn left(&self, level: usize, deltas: &[DVec3]) -> f64 {
         self.ea(level, deltas) / mean_angle(&CLEAN[self.surface], &noisy(self.surface, level))
     }
-    /// ⟨δ, e⟩ / |δ| |e|; NaN where nothing moves.
+    /// Correlation ⟨δ, e⟩ / |δ| |e| with the added noise e; NaN where nothing moves.
     fn correlation(&self, level: usize, deltas: &[DVec3]) -> f64 {
         let noise = noise_on(self.surface, level);
         dot(deltas, &noise) / (dot(deltas, deltas) * dot(&noise, &noise)).sqrt()
@@ -138,7 +138,7 @@ fn assert_none(broken: &[String]) {
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }
 
-/// Each case with each level of noise.
+/// Cases with each level of noise.
 fn noisy_cases() -> impl Iterator<Item = (&'static Case, usize, &'static [DVec3])> {
     CASES.iter().flat_map(|case| (0..).zip(&case.deltas).map(move |(level, deltas)| (case, level, &deltas[..])))
 }

@@ -127,3 +127,22 @@ fn the_risk_of_a_pair_is_that_of_its_mean() {
     assert!((pair - alone).abs() < 1e-9 * alone.abs(), "{pair} {alone}");
     assert!(estimator.risk_difference([&a, &a], &reference).abs() < 1e-9);
 }
+
+#[test]
+fn the_risk_over_several_probes_is_the_mean_over_each() {
+    let bench = Bench::new();
+    let estimator = bench.estimator();
+    let [(a, _), (b, _)] = [1, 4].map(|steps| bench.response(steps, 7, 3));
+    let reference = a.risks();
+    let one = |response: &Response, probe: usize| Response {
+        residuals: response.residuals.clone(),
+        divergences: vec![response.divergences[probe].clone()],
+    };
+    let each = |probe: usize| estimator.risk_difference([&one(&a, probe), &one(&b, probe)], &reference);
+    let all = estimator.risk_difference([&a, &b], &reference);
+    assert!((all - (0..3).map(each).sum::<f64>() / 3.0).abs() < 1e-9 * all.abs(), "{all}");
+    // A result with one probe reuses it.
+    let few = estimator.risk_difference([&one(&a, 0), &b], &reference);
+    let each = |probe: usize| estimator.risk_difference([&one(&a, 0), &one(&b, probe)], &reference);
+    assert!((few - (0..3).map(each).sum::<f64>() / 3.0).abs() < 1e-9 * few.abs(), "{few}");
+}
