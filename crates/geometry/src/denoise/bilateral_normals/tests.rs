@@ -72,11 +72,10 @@ fn slow_global(weights: &[Vec<f64>], input: &[DVec3], smoothness: f64) -> Vec<DV
     let mut x: Vec<DVec3> = input.iter().map(|n| *n * smoothness).collect();
     // The matrix is positive definite, so no pivots have to be looked for.
     for k in 0..count {
+        let pivot = rows[k].clone();
         for i in (0..count).filter(|&i| i != k) {
-            let factor = rows[i][k] / rows[k][k];
-            for j in k..count {
-                rows[i][j] -= factor * rows[k][j];
-            }
+            let factor = rows[i][k] / pivot[k];
+            rows[i].iter_mut().zip(&pivot).for_each(|(entry, pivot)| *entry -= factor * pivot);
             x[i] = x[i] - factor * x[k];
         }
     }
