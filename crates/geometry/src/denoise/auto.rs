@@ -262,12 +262,9 @@ mod tests {
     use super::*;
     use crate::denoise::face_geometry::FaceGeometry;
     use crate::denoise::triangle_mesh::TriangleMesh;
-    use crate::mesh::jagged::Index;
     use crate::mesh::shapes;
     use crate::mesh::synthetic_noise::{self, Noise};
-    use crate::mesh::topology::Topology;
     use crate::progress::Silent;
-    use rustc_hash::FxHashMap;
 
     fn noisy(clean: &Surface, sigma: f64) -> Surface {
         noisy_in(clean, sigma, synthetic_noise::Direction::Normal)
@@ -328,33 +325,9 @@ mod tests {
         );
     }
 
-    /// A box 1 × 2 × 3 with sides of `cells` × `cells` rectangles, each cut in two.
-    fn gridded_box(cells: u32) -> Surface {
-        let mut points = Vec::new();
-        let mut seen = FxHashMap::default();
-        let mut faces = Vec::new();
-        for (axis, side) in (0..3).flat_map(|axis| [(axis, 0), (axis, cells)]) {
-            for (i, j) in (0..cells).flat_map(|i| (0..cells).map(move |j| (i, j))) {
-                let mut corner = |i: u32, j: u32| {
-                    let mut p = [side; 3];
-                    [p[(axis + 1) % 3], p[(axis + 2) % 3]] = [i, j];
-                    *seen.entry(p).or_insert_with(|| {
-                        points.push(DVec3::from_array(p.map(f64::from)) * DVec3::new(1.0, 2.0, 3.0));
-                        points.len() as Index - 1
-                    })
-                };
-                let [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
-                faces.extend(
-                    [[a, b, c], [a, c, d]].map(|[a, b, c]| if side == 0 { vec![a, c, b] } else { vec![a, b, c] }),
-                );
-            }
-        }
-        Surface::new(Topology::new(points.len(), faces.into_iter().collect()), points)
-    }
-
     #[test]
     fn a_box_keeps_its_edges_in_much_noise() {
-        let clean = gridded_box(24);
+        let clean = shapes::gridded_box(24);
         let noisy = noisy(&clean, 0.3);
         let (deltas, choice) = choose(&noisy, &Auto::default(), &Silent).unwrap();
         let result = noisy.moved_by(&deltas);
@@ -381,6 +354,21 @@ mod tests {
         let rough = clean.at(clean.positions().iter().zip(noisy.positions()).map(lift).collect());
         let (deltas, choice) = choose(&rough, &Auto::default(), &Silent).unwrap();
         assert!(deltas.iter().all(|d| *d == DVec3::ZERO) && choice.measured.skewness > 0.125, "{choice:?}");
+    }
+
+    #[test]
+    fn each_kind_of_noise_has_its_candidates() {
+        let clean = shapes::sphere(4);
+        let correlated = noise_level::tests::with_correlated_noise(&clean, 0.5, 3);
+        let (deltas, choice) = choose(&correlated, &Auto::default(), &Silent).unwrap();
+        assert_eq!(choice.kind, Kind::Correlated);
+        assert_eq!(choice.candidates, [CandidateShare::all_of(Candidate::Flat)]);
+        assert!(deltas.iter().any(|d| *d != DVec3::ZERO));
+        let white = noisy(&shapes::sphere(2), 0.2);
+        for kind in [Kind::Independent, Kind::Uneven] {
+            let (_, choice) = choose(&white, &Auto { kind: Some(kind), ..Auto::default() }, &Silent).unwrap();
+            assert_eq!((choice.kind, choice.candidates.len()), (kind, Candidate::ALL.len()));
+        }
     }
 
     #[test]

@@ -238,3 +238,6 @@ fn global(
     let solution = solver.solve_from(operator, normals.to_vec(), &right, Stop::default(), progress)?;
     Ok(solution.iter().zip(normals).map(|(x, n)| x.try_normalize().unwrap_or(*n)).collect())
 }
+
+#[cfg(test)]
+mod tests;

@@ -273,19 +273,4 @@ fn larger(a: f64, b: f64) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_widest_pair_is_found_in_lists_of_any_length() {
-        let along = |k: u32| DVec3::new(f64::from(k), 0.0, 1.0);
-        for count in 1..8 {
-            for first in 0..count {
-                let mut normals = PatchNormals::default();
-                // Numbers go round, so that the widest pair is at all places in turn.
-                (0..count).for_each(|k| normals.push(along((first + k) % count)));
-                assert_eq!(normals.widest(), f64::from(count - 1), "{count} {first}");
-            }
-        }
-    }
-}
+mod tests;

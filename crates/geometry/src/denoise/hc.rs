@@ -123,6 +123,27 @@ mod tests {
     }
 
     #[test]
+    fn steps_are_those_of_the_formula() {
+        let surface = shapes::dented_sphere(2);
+        let o = surface.positions();
+        let (alpha, beta) = (0.3, 0.4);
+        let mean = |v: usize, x: &[DVec3]| {
+            let ring = surface.topology().rings().get(v as Index);
+            ring.iter().map(|&w| x[w as usize]).sum::<DVec3>() / ring.len() as f64
+        };
+        let mut q = o.to_vec();
+        for iterations in 1..=3 {
+            let p: Vec<DVec3> = (0..q.len()).map(|v| mean(v, &q)).collect();
+            let b: Vec<DVec3> = (0..q.len()).map(|v| p[v] - (alpha * o[v] + (1.0 - alpha) * q[v])).collect();
+            q = (0..q.len()).map(|v| p[v] - (beta * b[v] + (1.0 - beta) * mean(v, &b))).collect();
+            let settings = Hc { iterations, alpha, beta, ..Hc::default() };
+            for (v, delta) in deltas(&surface, &settings, &Silent).unwrap().into_iter().enumerate() {
+                assert!(delta.distance(o[v] - q[v]) < 1e-14, "{iterations}: {delta}");
+            }
+        }
+    }
+
+    #[test]
     fn with_everything_pushed_back_nothing_moves() {
         let surface = shapes::dented_sphere(2);
         let all = Hc { iterations: 3, alpha: 1.0, beta: 1.0, ..Hc::default() };

@@ -315,6 +315,40 @@ impl Matrix {
 mod tests {
     use super::*;
     use crate::mesh::shapes;
+    use crate::progress::Silent;
+
+    #[test]
+    fn a_round_leaves_no_gradient_of_its_energy() {
+        let surface = shapes::dented_sphere(2);
+        let (mesh, input) = (TriangleMesh::of(&surface), surface.positions());
+        let start = FaceGeometry::of(&mesh, input);
+        let mut edges = Edges::of(&mesh, input.len());
+        edges.update(&mesh, &start, input);
+        let count = edges.vertices.len();
+        let (dihedral_angle, mean_edge) = (start.mean_dihedral_angle(&mesh), surface.mean_edge());
+        let jump = |e: usize| edges.difference(input, e);
+        let mut squares: Vec<f64> = (0..count).map(|e| jump(e).length_squared()).collect();
+        squares.sort_unstable_by(f64::total_cmp);
+        // Weights are about one, there is one round, and its λ/β makes half of the edges flat.
+        let (alpha, beta) = (2.0 * dihedral_angle, 3.0);
+        let threshold = 0.5 * (squares[count / 2 - 1] + squares[count / 2]);
+        let sparsity = threshold * beta / (0.2 * mean_edge.powi(2) * dihedral_angle);
+        let settings = L0 { alpha: 2.0, beta_min: beta, beta_max: 3.5, sparsity, ..L0::default() };
+        let kept = |e: usize| if jump(e).length_squared() >= threshold { jump(e) } else { DVec3::ZERO };
+        assert_eq!((0..count).filter(|&e| kept(e) == DVec3::ZERO).count(), count / 2);
+        let deltas = deltas(&surface, &settings, &Silent).unwrap();
+        let x = surface.moved_by(&deltas);
+        let pulls = |x: &[DVec3]| -> Vec<[DVec3; 2]> {
+            (0..count).map(|e| [alpha * edges.fold(x, e), beta * (edges.difference(x, e) - kept(e))]).collect()
+        };
+        let size = |gradient: Vec<DVec3>| gradient.iter().map(|g| g.length_squared()).sum::<f64>().sqrt();
+        let gradient = |x: &[DVec3]| {
+            let pulls = pulls(x);
+            size((0..x.len()).map(|v| x[v] - input[v] + edges.gathered(&pulls, v)).collect())
+        };
+        // Conjugate gradients end at 1e-4 in the norm of the preconditioner.
+        assert!(gradient(&x) < 1e-3 * gradient(input), "{} {}", gradient(&x), gradient(input));
+    }
 
     #[test]
     fn the_operator_vanishes_on_a_plane_and_not_at_a_bend() {

@@ -317,3 +317,6 @@ pub(super) fn gaussians(count: usize, seed: u64) -> Vec<DVec3> {
     let mut one = || -> f64 { StandardNormal.sample(&mut random) };
     (0..count).map(|_| DVec3::new(one(), one(), one())).collect()
 }
+
+#[cfg(test)]
+pub(super) mod tests;

@@ -113,3 +113,6 @@ fn filtered(
     }
     Ok(normals)
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,7 +1,15 @@
 //! Laws that hold for every method, whatever its settings.
 
-use super::limits::{Limits, Outcome, Volume};
+mod invariance;
+mod limits;
+mod noise_laws;
+mod robustness;
+mod settings;
+
 use super::*;
+use crate::denoise::face_geometry::FaceGeometry;
+use crate::denoise::limits::{Limits, Outcome, Volume};
+use crate::denoise::triangle_mesh::TriangleMesh;
 use crate::mesh::jagged::Index;
 use crate::mesh::normals::{self, FaceWeight};
 use crate::mesh::shapes;
@@ -12,7 +20,7 @@ use crate::progress::Silent;
 use crate::source::model::NormalSource;
 use glam::DQuat;
 
-/// Some of each; a new method is added here and nowhere else.
+/// Methods with some settings each; a new method is added here and nowhere else.
 fn every() -> Vec<Denoiser> {
     let mut all = normal_filters();
     for weights in [EdgeWeights::Uniform, EdgeWeights::Cotangent] {
@@ -44,7 +52,7 @@ fn estimates() -> Vec<Denoiser> {
     all
 }
 
-/// A setting of the vertex update; none where there is no such.
+/// A setting of the vertex update; none where the method has no such setting.
 fn settings_of(denoiser: &Denoiser, name: &str) -> Option<serde_json::Value> {
     serde_json::to_value(denoiser).unwrap().get("vertex_update")?.get(name).cloned()
 }
@@ -81,7 +89,7 @@ fn normal_filters() -> Vec<Denoiser> {
     all
 }
 
-/// What the method does at the boundary; none where it says nothing of it.
+/// Setting of the method for the boundary; none where it has no such setting.
 fn boundary(denoiser: &Denoiser) -> Option<Boundary> {
     let settings = serde_json::to_value(denoiser).unwrap();
     let found = settings.get("boundary").or_else(|| settings.get("vertex_update")?.get("boundary"))?;
@@ -92,7 +100,7 @@ fn deltas(denoiser: &Denoiser, surface: &Surface) -> Vec<DVec3> {
     denoiser.deltas(surface, &Silent).unwrap()
 }
 
-/// All limits at once; the rim is fixed because without that an open surface has no volume.
+/// All limits at once; the boundary is fixed because without that an open surface has no volume.
 fn limits() -> Limits {
     Limits { fixed: "boundary 2-3 5".parse().unwrap(), max_displacement: Some(0.05), volume: Volume::Preserve }
 }
@@ -110,197 +118,39 @@ fn six_volumes(surface: &Surface, deltas: &[DVec3]) -> f64 {
     surface.triangles().map(|t| t.map(at)).map(|[a, b, c]| a.dot(b.cross(c))).sum()
 }
 
-/// Closed, open with a boundary, of quads, and noisy.
+/// A closed surface, one with a boundary, one of quads, and one with noise.
 fn families() -> [Surface; 4] {
-    let bumpy = |grid: Surface| {
-        let lifted = grid.positions().iter().map(|p| *p + DVec3::Z * 0.1 * (p.x * 9.0).sin() * (p.y * 7.0).cos());
-        grid.at(lifted.collect())
-    };
     let sphere = shapes::sphere(2);
-    let noise = Noise { sigma: 0.2, direction: synthetic_noise::Direction::Normal, share: 1.0, seed: 1 };
-    let lifted = synthetic_noise::displacements(&sphere, &noise);
-    let noisy = sphere.at(sphere.positions().iter().zip(lifted).map(|(p, d)| *p + d).collect());
-    [shapes::dented_sphere(2), bumpy(shapes::grid(8)), shapes::cube(), noisy]
+    let noise = white_noise(&sphere, 0.2, 1);
+    [shapes::dented_sphere(2), shapes::bumpy_sheet(8), shapes::cube(), displaced(&sphere, &noise)]
+}
+
+/// White noise of `sigma` mean edges along the normals. #V×3, model units
+pub(super) fn white_noise(surface: &Surface, sigma: f64, seed: u64) -> Vec<DVec3> {
+    synthetic_noise::displacements(
+        surface,
+        &Noise { sigma, direction: synthetic_noise::Direction::Normal, share: 1.0, seed },
+    )
+}
+
+/// The surface with each vertex moved by its own displacement (#V×3, model units).
+pub(super) fn displaced(surface: &Surface, displacements: &[DVec3]) -> Surface {
+    surface.at(surface.positions().iter().zip(displacements).map(|(p, d)| *p + *d).collect())
+}
+
+/// The surface with δ (#V×3, model units) taken off.
+pub(super) fn without(surface: &Surface, deltas: &[DVec3]) -> Surface {
+    surface.at(surface.moved_by(deltas))
+}
+
+/// Ea: mean angle between the normals of corresponding triangles, degrees.
+pub(super) fn mean_angle(a: &Surface, b: &Surface) -> f64 {
+    let mesh = TriangleMesh::of(a);
+    let [a, b] = [a, b].map(|surface| FaceGeometry::of(&mesh, surface.positions()).normals);
+    a.iter().zip(&b).map(|(a, b)| a.angle_between(*b).to_degrees()).sum::<f64>() / mesh.face_count() as f64
 }
 
 fn largest_gap(a: &[DVec3], b: &[DVec3]) -> f64 {
     assert_eq!(a.len(), b.len());
     a.iter().zip(b).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max)
-}
-
-#[test]
-fn deltas_follow_a_similarity_of_the_surface() {
-    let (turn, scale, shift) = (DQuat::from_rotation_y(0.7), 3.0, DVec3::new(5.0, -2.0, 1.0));
-    for surface in families() {
-        let moved = surface.at(surface.positions().iter().map(|p| turn * *p * scale + shift).collect());
-        for denoiser in every() {
-            let expected: Vec<_> = deltas(&denoiser, &surface).iter().map(|d| turn * *d * scale).collect();
-            let gap = largest_gap(&deltas(&denoiser, &moved), &expected);
-            assert!(gap < rounding(&denoiser), "{denoiser:?}: {gap:e}");
-            let [here, there] = [&surface, &moved].map(|surface| limited(&denoiser, &limits(), surface).0);
-            let expected: Vec<_> = here.iter().map(|d| turn * *d * scale).collect();
-            let gap = largest_gap(&there, &expected);
-            // The volume is restored to 1e-13 of the sum over the triangles.
-            assert!(gap < rounding(&denoiser).max(1e-11), "{denoiser:?}: {gap:e}");
-        }
-    }
-}
-
-#[test]
-fn a_plane_stays_a_plane_and_its_fixed_boundary_stays_where_it_is() {
-    let plane = shapes::grid(8);
-    for denoiser in every() {
-        for (v, delta) in (0..).zip(deltas(&denoiser, &plane)) {
-            assert!(delta.z.abs() < 1e-14, "{denoiser:?}: {delta}");
-            if boundary(&denoiser) == Some(Boundary::Fixed) && plane.topology().is_boundary(v) {
-                assert_eq!(delta, DVec3::ZERO, "{denoiser:?}");
-            }
-        }
-    }
-}
-
-#[test]
-fn fixed_vertices_stay_and_none_goes_too_far_and_the_volume_is_restored() {
-    let mut stopped = 0;
-    for surface in families() {
-        let topology = surface.topology();
-        let still = vec![DVec3::ZERO; topology.vertex_count()];
-        let reach = 0.05 * surface.mean_edge();
-        for denoiser in every() {
-            let (deltas, outcome) = limited(&denoiser, &limits(), &surface);
-            for (v, (p, delta)) in (0..).zip(surface.positions().iter().zip(&deltas)) {
-                if topology.is_boundary(v) || [1, 2, 4].contains(&v) {
-                    assert_eq!((*p - *delta).to_array().map(f64::to_bits), p.to_array().map(f64::to_bits));
-                }
-                assert!(delta.length() <= reach, "{denoiser:?}: {}", delta.length() / reach);
-            }
-            let [before, after] = [&still, &deltas].map(|deltas| six_volumes(&surface, deltas));
-            assert!((after / before - 1.0).abs() < 1e-9, "{denoiser:?}: {:e}", after / before - 1.0);
-            let outcome = outcome.unwrap();
-            assert!(outcome.volume.unwrap().restored, "{denoiser:?}: {outcome:?}");
-            stopped += outcome.stopped_vertices;
-        }
-    }
-    assert!(stopped > 0);
-}
-
-#[test]
-fn along_the_normal_means_along_it_within_limits_too() {
-    let surface = shapes::dented_sphere(2);
-    let weld = Weld::new(surface.positions(), Welding::None);
-    let tested: Vec<_> = every().into_iter().filter(|d| d.motion() == Some(Motion::AlongNormal)).collect();
-    assert!(!tested.is_empty());
-    for denoiser in tested {
-        for limits in [Limits::default(), limits()] {
-            let denoising = Denoising { denoiser: denoiser.clone(), limits };
-            let moved = denoising.run(&surface, &weld, denoising.output(), &Silent).unwrap();
-            let (along, source) = moved.along.unwrap();
-            let of = match source {
-                NormalField::Source(NormalSource::Angle) => surface.clone(),
-                _ => surface.at(denoiser.freed().denoised(&surface, &Silent).unwrap()),
-            };
-            let normals = normals::vertex_normals(&of, FaceWeight::Angle);
-            let mut upright = 0;
-            for ((delta, n), of_surface) in moved.deltas.iter().zip(&along.normals).zip(normals) {
-                assert!(delta.cross(n.as_dvec3()).length() < 1e-15, "{denoiser:?}: {delta}");
-                upright += usize::from(n.as_dvec3().distance(of_surface) < 1e-7);
-            }
-            // Limits shorten ways before normals are taken of where these lead.
-            let leaning = along.normals.len() - upright;
-            let told = (along.residual.tilted * along.normals.len() as f64).round() as usize;
-            assert!(leaning <= told || !denoising.limits.is_none(), "{denoiser:?}: {leaning} of {told} lean");
-        }
-    }
-}
-
-#[test]
-fn limits_that_allow_everything_change_no_bit() {
-    let surface = shapes::dented_sphere(2);
-    let wide = Limits { max_displacement: Some(1e6), ..Limits::default() };
-    for denoiser in every() {
-        let free = deltas(&denoiser, &surface);
-        assert_eq!(limited(&denoiser, &Limits::default(), &surface), (free.clone(), None));
-        assert_eq!(limited(&denoiser, &wide, &surface), (free, Some(Outcome::default())));
-    }
-}
-
-#[test]
-fn the_same_surface_gives_the_same_bits_on_any_number_of_threads() {
-    let [.., noisy] = families();
-    let large = shapes::dented_sphere(4);
-    for denoiser in every() {
-        // A clean mesh is nothing to choose for.
-        let surface = if matches!(denoiser, Denoiser::Auto(_)) { &noisy } else { &large };
-        let on = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| (deltas(&denoiser, surface), limited(&denoiser, &limits(), surface)))
-        };
-        let alone = on(1);
-        assert!(alone == on(2) && alone == on(7), "{denoiser:?}");
-    }
-}
-
-#[test]
-fn an_isolated_vertex_stays() {
-    let sphere = shapes::dented_sphere(1);
-    let faces = sphere.topology().faces().clone();
-    let mut positions = sphere.positions().to_vec();
-    positions.push(DVec3::splat(3.0));
-    let surface = Surface::new(Topology::new(positions.len(), faces), positions);
-    for denoiser in every() {
-        assert_eq!(deltas(&denoiser, &surface).pop(), Some(DVec3::ZERO), "{denoiser:?}");
-    }
-}
-
-#[test]
-fn non_manifold_and_flat_faces_give_finite_numbers() {
-    let faces: [[Index; 3]; 5] = [[0, 1, 2], [1, 0, 3], [0, 1, 4], [5, 6, 7], [2, 5, 6]];
-    let mut positions: Vec<_> = (0..8u32).map(|i| DVec3::new(f64::from(i % 3), f64::from(i % 5), 1.0)).collect();
-    positions[6] = positions[5];
-    positions[7] = positions[5];
-    let topology = Topology::new(8, faces.into_iter().map(Vec::from).collect());
-    let surface = Surface::new(topology, positions);
-    for denoiser in every() {
-        assert!(deltas(&denoiser, &surface).iter().all(|d| d.is_finite()), "{denoiser:?}");
-    }
-}
-
-#[test]
-fn work_can_be_stopped() {
-    struct Impatient;
-    impl Progress for Impatient {
-        fn cancelled(&self) -> bool {
-            true
-        }
-    }
-    for denoiser in every() {
-        assert_eq!(denoiser.deltas(&shapes::sphere(1), &Impatient), Err(Cancelled));
-    }
-}
-
-#[test]
-fn settings_survive_json() {
-    for denoiser in every() {
-        let json = serde_json::to_string(&denoiser).unwrap();
-        assert_eq!(serde_json::from_str::<Denoiser>(&json).unwrap(), denoiser, "{json}");
-        // Settings without limits are the same text, and an unknown one is refused beside them too.
-        let free = Denoising::from(denoiser.clone());
-        assert_eq!(serde_json::to_string(&free).unwrap(), json);
-        let denoising = Denoising { limits: limits(), ..free };
-        let mut json = serde_json::to_value(&denoising).unwrap();
-        assert_eq!(serde_json::from_value::<Denoising>(json.clone()).unwrap(), denoising, "{json}");
-        json["no_such_setting"] = 1.into();
-        assert!(serde_json::from_value::<Denoising>(json).is_err());
-    }
-}
-
-#[test]
-fn names_are_those_of_the_json_and_every_method_is_in_the_battery() {
-    for denoiser in Denoiser::every() {
-        assert_eq!(serde_json::to_value(&denoiser).unwrap()["name"], denoiser.name());
-        assert!(every().iter().any(|tested| tested.name() == denoiser.name()), "{}", denoiser.name());
-        let along = denoiser.clone().with_motion(Motion::AlongNormal);
-        assert_eq!(along.motion(), denoiser.motion().map(|_| Motion::AlongNormal));
-        assert!(denoiser.paper().is_none_or(|paper| paper.name() == denoiser.name()));
-    }
 }

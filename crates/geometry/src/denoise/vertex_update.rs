@@ -312,6 +312,30 @@ mod tests {
     }
 
     #[test]
+    fn a_step_is_that_of_the_formula() {
+        let (clean, noisy, mesh) = noisy(0.2);
+        let normals = FaceGeometry::of(&mesh, clean.positions()).normals;
+        let settings = VertexUpdate { iterations: 1, closeness: 0.3, fold_overs: FoldOvers::Allow, ..SETTINGS };
+        let mut updater = Updater::new(&noisy, &mesh, settings);
+        // The second step starts away from the input, so that closeness pulls back.
+        let mut x = noisy.positions().to_vec();
+        for _ in 0..2 {
+            updater.follow(&normals, &Silent).unwrap();
+            let step = |v: usize| {
+                let at = |f: usize| mesh.triangles[f].map(|w| x[w as usize]);
+                let around: Vec<usize> =
+                    (0..mesh.face_count()).filter(|&f| mesh.triangles[f].contains(&(v as Index))).collect();
+                let pull = |&f: &usize| normals[f] * normals[f].dot(at(f).iter().sum::<DVec3>() / 3.0 - x[v]);
+                let back = 0.3 * (noisy.positions()[v] - x[v]);
+                x[v] + (around.iter().map(pull).sum::<DVec3>() + back) / (around.len() as f64 + 0.3)
+            };
+            x = (0..x.len()).map(step).collect();
+            let gap = updater.positions().iter().zip(&x).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+            assert!(gap < 1e-14, "{gap:e}");
+        }
+    }
+
+    #[test]
     fn closeness_holds_vertices_back() {
         let (clean, noisy, mesh) = noisy(0.2);
         let target = FaceGeometry::of(&mesh, clean.positions()).normals;

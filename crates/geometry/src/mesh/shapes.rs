@@ -72,6 +72,36 @@ pub fn cube() -> Surface {
     surface(points.collect(), faces.map(Vec::from))
 }
 
+/// The box [0, 1] × [0, 2] × [0, 3], whose sides are `cells` × `cells` rectangles, each cut in two.
+pub fn gridded_box(cells: u32) -> Surface {
+    let mut points = Vec::new();
+    let mut seen = FxHashMap::default();
+    let mut faces = Vec::new();
+    for (axis, side) in (0..3).flat_map(|axis| [(axis, 0), (axis, cells)]) {
+        for (i, j) in (0..cells).flat_map(|i| (0..cells).map(move |j| (i, j))) {
+            let mut corner = |i: u32, j: u32| {
+                let mut p = [side; 3];
+                [p[(axis + 1) % 3], p[(axis + 2) % 3]] = [i, j];
+                *seen.entry(p).or_insert_with(|| {
+                    let size = DVec3::new(1.0, 2.0, 3.0) / f64::from(cells);
+                    points.push(DVec3::from_array(p.map(f64::from)) * size);
+                    points.len() as Index - 1
+                })
+            };
+            let [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
+            faces.extend([[a, b, c], [a, c, d]].map(|[a, b, c]| if side == 0 { vec![a, c, b] } else { vec![a, b, c] }));
+        }
+    }
+    surface(points, faces)
+}
+
+/// The grid of [`grid`] lifted by 0.08 sin 6x cos 5y, which bends up to 2.9 radians in a unit of length.
+pub fn bumpy_sheet(cells: u32) -> Surface {
+    let flat = grid(cells);
+    let lifted = flat.positions().iter().map(|p| *p + DVec3::Z * 0.08 * (p.x * 6.0).sin() * (p.y * 5.0).cos());
+    flat.at(lifted.collect())
+}
+
 /// A sphere with dents, so that nothing is symmetric.
 pub fn dented_sphere(levels: u32) -> Surface {
     let sphere = sphere(levels);
@@ -86,7 +116,7 @@ mod tests {
 
     #[test]
     fn closed_shapes_are_closed_and_face_outwards() {
-        for (shape, volume) in [(sphere(0), 2.5361507101204093), (cube(), 1.0)] {
+        for (shape, volume) in [(sphere(0), 2.5361507101204093), (cube(), 1.0), (gridded_box(3), 6.0)] {
             let topology = shape.topology();
             assert!((0..topology.vertex_count() as Index).all(|v| !topology.is_boundary(v)));
             // Icosahedron in the unit sphere: (5/12)(3 + √5)·a³ with a = 1/sin 72°… = 2.536.

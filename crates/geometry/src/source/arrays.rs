@@ -130,7 +130,7 @@ impl TryFrom<Arrays> for MeshData {
         }
         let mut material_runs: Vec<MaterialRun> = Vec::new();
         for (first_face, material) in (0..).zip(face_materials) {
-            if material_runs.last().map_or(None, |run| run.material) != material {
+            if material_runs.last().and_then(|run| run.material) != material {
                 material_runs.push(MaterialRun { first_face, material });
             }
         }
@@ -254,7 +254,8 @@ mod tests {
             edit(&mut arrays);
             MeshData::try_from(arrays).unwrap_err().to_string()
         };
-        let cases: [(&dyn Fn(&mut Arrays), &str); 13] = [
+        type Edit<'a> = &'a dyn Fn(&mut Arrays);
+        let cases: [(Edit, &str); 13] = [
             (&|a| a.positions.clear(), "`positions` is empty"),
             (&|a| a.faces = Ragged::default(), "`faces` is empty"),
             (&|a| a.positions[2].y = f64::NAN, "`positions[2]` is not finite"),

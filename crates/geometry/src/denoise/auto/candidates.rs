@@ -129,3 +129,6 @@ impl fmt::Display for Candidate {
         f.pad(self.name())
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -121,3 +121,6 @@ impl SureEstimator<'_> {
         sum / weight
     }
 }
+
+#[cfg(test)]
+mod tests;

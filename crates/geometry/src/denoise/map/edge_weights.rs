@@ -107,3 +107,6 @@ impl HalfEdgeWeights {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

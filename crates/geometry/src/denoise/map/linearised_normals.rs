@@ -48,3 +48,6 @@ impl LinearisedNormals {
         });
     }
 }
+
+#[cfg(test)]
+mod tests;

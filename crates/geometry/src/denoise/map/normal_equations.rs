@@ -298,3 +298,6 @@ impl<'a> Operator<'a> {
         sum_in_order(out.par_chunks_mut(CHUNK).enumerate().map(of_chunk))
     }
 }
+
+#[cfg(test)]
+mod tests;
