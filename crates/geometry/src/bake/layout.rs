@@ -2,7 +2,7 @@
 
 use super::{BakeError, Settings};
 use crate::map::displacement;
-use crate::map::layout_issues::{self, Findings};
+use crate::map::layout_issues::{self, LayoutIssues};
 use crate::map::map_size::{self, Choice, Reason, Spacing};
 use crate::map::{Coverage, Exactness, Size, Texels};
 use crate::mesh::atlas::Atlas;
@@ -125,7 +125,7 @@ impl Plan {
         if must_be_exact && choice.reason != Reason::Exact {
             let size = Size::square(choice.side.min(PROBE));
             let coverage = Coverage::new(surface, atlas, size, progress)?;
-            let findings = Findings::of(surface, atlas, spacing, &coverage);
+            let findings = LayoutIssues::of(surface, atlas, spacing, &coverage);
             let problems = findings.problems().into_iter().chain(findings.crowding()).collect();
             return Ok(Self::Vertex { fallback: Some(Fallback::Layout { choice, problems }) });
         }

@@ -4,7 +4,7 @@ use super::Ways;
 use super::maps::Offsets;
 use crate::map::displace::{self, Places, ShaderVertex};
 use crate::map::displacement::{DecodeError, Displacement, Encoding, Place, TexelFormat, Weights};
-use crate::map::layout_issues::Findings;
+use crate::map::layout_issues::LayoutIssues;
 use crate::map::manifest::{BitsError, Filtered, HeightsLoss, Layout, Manifest, MapErrors, OwnUvs, Report};
 use crate::map::tangents::Tangent;
 use crate::map::{HeightMap, per_vertex};
@@ -24,7 +24,7 @@ pub(super) struct Evidence<'a> {
     pub(super) frames: &'a [Tangent],
     /// Where the vertices should be, and the numbers that take them there.
     pub(super) offsets: &'a Offsets,
-    pub(super) findings: Findings,
+    pub(super) findings: LayoutIssues,
     /// Before encoding; where there are none the report keeps what it said about other numbers of bits.
     pub(super) channels: &'a [HeightMap],
     /// The image file.

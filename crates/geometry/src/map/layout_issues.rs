@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 /// Issues of a layout at one size of the map.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Findings {
+pub struct LayoutIssues {
     /// Fraction of the texels inside charts, 0..=1.
     pub coverage: f64,
     /// Number of vertices that sample less than two texels from another one, so that they share texels.
@@ -39,7 +39,7 @@ pub enum OutOfRange {
     Wrap,
 }
 
-impl Findings {
+impl LayoutIssues {
     /// Finds the issues of a layout in a square map.
     pub fn of(surface: &Surface, atlas: &Atlas, spacing: &Spacing, coverage: &Coverage) -> Self {
         let side = coverage.size().width;
@@ -115,13 +115,13 @@ mod tests {
     use crate::mesh::shapes;
     use crate::progress::Silent;
 
-    fn found(uv: impl Fn(DVec2) -> DVec2) -> Findings {
+    fn found(uv: impl Fn(DVec2) -> DVec2) -> LayoutIssues {
         let grid = shapes::grid(8);
         let corners = 0..grid.topology().faces().items().len() as Index;
         let uvs: Vec<_> = grid.positions().iter().map(|p| uv(p.truncate())).collect();
         let atlas = Atlas::new(&grid, &uvs, corners.map(|c| Some(grid.topology().vertex(c)))).unwrap();
         let coverage = Coverage::new(&grid, &atlas, Size::square(64), &Silent).unwrap();
-        Findings::of(&grid, &atlas, &Spacing::new(&atlas), &coverage)
+        LayoutIssues::of(&grid, &atlas, &Spacing::new(&atlas), &coverage)
     }
 
     #[test]

@@ -6,7 +6,7 @@
 use crate::denoise::limits::Outcome;
 use crate::denoise::{Denoiser, Denoising, HeightResidual, NormalField, auto};
 use crate::map::displacement::{Encoding, MapKind, TexelFormat};
-use crate::map::layout_issues::Findings;
+use crate::map::layout_issues::LayoutIssues;
 use crate::map::normal_map::Convention;
 use crate::map::{Interpolation, Size, Texels};
 use crate::mesh::jagged::Index;
@@ -307,7 +307,7 @@ pub struct Report {
     pub own_uvs: Option<OwnUvs>,
     /// What the layout of the texture makes hard; only with [`Layout::Uv`].
     #[serde(flatten)]
-    pub layout: Findings,
+    pub layout: LayoutIssues,
     /// Root mean square over the vertices of |δ − h·n|: the part of the way that heights leave out. Zero for vectors.
     pub left_out_rms: f64,
     /// What heights cost in the angles of the faces; only with [`MapKind::Scalar`].
