@@ -8,7 +8,7 @@ use super::{BakeError, Bundle, Carriers, Fallback, File, LayoutChoice, Request, 
 use crate::map::Texels;
 use crate::map::displace::Directions;
 use crate::map::manifest::{self, Carrier, Layout, Manifest, UvSource};
-use crate::map::map_size::{Choice, Reason};
+use crate::map::map_size::{MapSizeChoice, MapSizeReason};
 use crate::mesh::atlas::Atlas;
 use crate::source::materials;
 use crate::source::model::Model;
@@ -77,7 +77,7 @@ impl Draft {
             return None;
         }
         let (side, vertices) = (self.maps.size.width, request.model.surface().positions().len());
-        let choice = Choice { side, vertices, left, reason: Reason::AlmostExact, largest: side };
+        let choice = MapSizeChoice { side, vertices, left, reason: MapSizeReason::AlmostExact, largest: side };
         let problems = self.maps.findings.problems().into_iter().chain(self.maps.findings.crowding()).collect();
         Some(Fallback::Layout { choice, problems })
     }

@@ -63,13 +63,13 @@ impl Spacing {
     }
     /// Chooses the smallest of the sides (ascending) at which all but 1 % of the vertices are far enough apart, or the largest
     /// one if none is enough.
-    pub fn choose(&self, sides: &[u32]) -> Choice {
+    pub fn choose(&self, sides: &[u32]) -> MapSizeChoice {
         let allowed = (self.distances.len() as f64 * (1.0 - RESOLVED_SHARE)).floor() as usize;
         let enough = sides.iter().copied().find(|&side| self.crowded(side) <= allowed);
         let largest = sides.last().copied().unwrap_or(1);
         let side = enough.unwrap_or(largest);
-        let reason = if enough.is_some() { Reason::Spaced } else { Reason::Crowded };
-        Choice { side, vertices: self.distances.len(), left: self.crowded(side), reason, largest }
+        let reason = if enough.is_some() { MapSizeReason::Spaced } else { MapSizeReason::Crowded };
+        MapSizeChoice { side, vertices: self.distances.len(), left: self.crowded(side), reason, largest }
     }
     /// Chooses the smallest of the sides at which fitted maps give each vertex its values (each channel #V, model units), at all
     /// of its texture coordinates if there is such a side, else at the dominant ones; without such a side, as [`Self::choose`].
@@ -80,7 +80,7 @@ impl Spacing {
         sides: &[u32],
         exactness: Exactness,
         progress: &dyn Progress,
-    ) -> Result<Choice, Cancelled> {
+    ) -> Result<MapSizeChoice, Cancelled> {
         let spaced = self.choose(sides);
         let (mut exact, mut left_at_spaced) = (None, None);
         for &side in sides.iter().filter(|&&side| !self.is_hopeless(side)) {
@@ -94,7 +94,7 @@ impl Spacing {
                 missed.other = missed.other.max(here.other);
             }
             if missed.dominant == 0 {
-                let choice = Choice { side, left: 0, reason: Reason::Exact, ..spaced };
+                let choice = MapSizeChoice { side, left: 0, reason: MapSizeReason::Exact, ..spaced };
                 if missed.other == 0 {
                     return Ok(choice);
                 }
@@ -105,7 +105,7 @@ impl Spacing {
             }
         }
         Ok(exact.unwrap_or(match left_at_spaced {
-            Some(left) if spaced.reason == Reason::Spaced => Choice { left, reason: Reason::AlmostExact, ..spaced },
+            Some(left) if spaced.reason == MapSizeReason::Spaced => MapSizeChoice { left, reason: MapSizeReason::AlmostExact, ..spaced },
             _ => spaced,
         }))
     }
@@ -125,7 +125,7 @@ pub fn sides(largest: u32) -> Vec<u32> {
 
 /// A chosen size and the reason for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Choice {
+pub struct MapSizeChoice {
     /// Number of texels on a side.
     pub side: u32,
     /// Number of vertices with a texture coordinate.
@@ -133,14 +133,14 @@ pub struct Choice {
     /// Number of vertices for which the size is not enough.
     pub left: usize,
     /// Reason for the size.
-    pub reason: Reason,
+    pub reason: MapSizeReason,
     /// Largest side that was allowed, texels.
     pub largest: u32,
 }
 
 /// Reason why a size was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reason {
+pub enum MapSizeReason {
     /// It is the smallest size at which each vertex gets its height.
     Exact,
     /// It is the smallest size at which 99 % of the vertices are far enough apart; no size gives each vertex its height.
@@ -151,25 +151,25 @@ pub enum Reason {
     Crowded,
 }
 
-impl std::fmt::Display for Choice {
+impl std::fmt::Display for MapSizeChoice {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { side, vertices, left, reason, largest } = self;
         let apart = vertices - left;
         match reason {
-            Reason::Exact => write!(f, "{side} is the smallest power of two at which each vertex gets its height"),
-            Reason::AlmostExact => {
+            MapSizeReason::Exact => write!(f, "{side} is the smallest power of two at which each vertex gets its height"),
+            MapSizeReason::AlmostExact => {
                 write!(
                     f,
                     "{side} gives all but {left} of {vertices} vertices their height; up to {largest} no size gives it to all"
                 )
             }
-            Reason::Spaced => {
+            MapSizeReason::Spaced => {
                 write!(
                     f,
                     "{side} is the smallest power of two at which 99 % of the vertices are two texels apart ({apart} of {vertices})"
                 )
             }
-            Reason::Crowded => {
+            MapSizeReason::Crowded => {
                 write!(
                     f,
                     "{side} is the largest size tried, and yet only {apart} of {vertices} vertices are two texels apart: the layout is crowded"
@@ -196,7 +196,7 @@ mod tests {
     #[test]
     fn a_regular_layout_needs_two_texels_an_edge() {
         let choice = flat(100).choose(&sides(LARGEST_SIDE));
-        assert_eq!((choice.side, choice.left, choice.reason), (256, 0, Reason::Spaced));
+        assert_eq!((choice.side, choice.left, choice.reason), (256, 0, MapSizeReason::Spaced));
         assert!((flat(100).smallest(256) - 2.56).abs() < 1e-9);
     }
 
@@ -220,7 +220,7 @@ mod tests {
                 &Silent,
             )
             .unwrap();
-        assert!(choice.side > 64 && choice.reason == Reason::Exact, "{choice}");
+        assert!(choice.side > 64 && choice.reason == MapSizeReason::Exact, "{choice}");
     }
 
     #[test]
@@ -230,6 +230,6 @@ mod tests {
         let uvs: Vec<_> = grid.positions().iter().map(|p| p.truncate() * 1e-5).collect();
         let atlas = Atlas::new(&grid, &uvs, corners.map(|c| Some(grid.topology().vertex(c)))).unwrap();
         let choice = Spacing::new(&atlas).choose(&sides(LARGEST_SIDE));
-        assert_eq!((choice.side, choice.left, choice.reason), (4096, 41 * 41, Reason::Crowded));
+        assert_eq!((choice.side, choice.left, choice.reason), (4096, 41 * 41, MapSizeReason::Crowded));
     }
 }
