@@ -73,7 +73,7 @@ pub struct TextureLayout<'a> {
 /// Spreads heights (#V, model units) over the texture; every texel gets one, inside charts and out.
 ///
 /// All values lie between the lowest and the highest height.
-pub fn bake(
+pub fn interpolate_heights(
     layout: TextureLayout,
     heights: &[f64],
     interpolation: Interpolation,

@@ -155,7 +155,7 @@ fn at_uvs(
     let mut filled = Vec::new();
     for channel in channels {
         let layout = TextureLayout { surface, atlas, coverage: &coverage };
-        let mut map = map::bake(layout, channel, settings.interpolation, progress)?;
+        let mut map = map::interpolate_heights(layout, channel, settings.interpolation, progress)?;
         if settings.texels == Texels::Fitted {
             map::fit(&mut map, atlas, channel, exactness, progress)?;
         }

@@ -19,7 +19,7 @@ fn map(interpolation: Interpolation, size: u32) -> (HeightMap, Coverage) {
     let (surface, atlas, heights) = slope();
     let coverage = Coverage::new(&surface, &atlas, Size::square(size), &Silent).unwrap();
     let layout = TextureLayout { surface: &surface, atlas: &atlas, coverage: &coverage };
-    (bake(layout, &heights, interpolation, &Silent).unwrap(), coverage)
+    (interpolate_heights(layout, &heights, interpolation, &Silent).unwrap(), coverage)
 }
 
 #[test]
@@ -73,7 +73,7 @@ fn sampled_ways_give_the_sample_at_its_place() {
     let size = Size::square(12);
     let coverage = Coverage::new(&surface, &atlas, size, &Silent).unwrap();
     for interpolation in [Interpolation::Natural, Interpolation::Idw, Interpolation::Nearest] {
-        let map = bake(
+        let map = interpolate_heights(
             TextureLayout { surface: &surface, atlas: &atlas, coverage: &coverage },
             &heights,
             interpolation,
@@ -111,7 +111,7 @@ fn maps_are_the_same_bits_on_any_number_of_threads() {
             pool.install(|| {
                 let coverage = Coverage::new(&sphere, &atlas, Size::square(128), &Silent).unwrap();
                 let layout = TextureLayout { surface: &sphere, atlas: &atlas, coverage: &coverage };
-                bake(layout, &heights, interpolation, &Silent).unwrap()
+                interpolate_heights(layout, &heights, interpolation, &Silent).unwrap()
             })
         };
         assert!(on(1) == on(2) && on(1) == on(7), "{interpolation:?}");
