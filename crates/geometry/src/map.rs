@@ -29,7 +29,7 @@ use crate::named;
 use crate::progress::{Cancelled, Parts, Progress};
 use glam::DVec3;
 use rayon::prelude::*;
-use scattered_interpolation::Scatter;
+use scattered_interpolation::ScatteredInterpolation;
 
 named! {
     /// Interpolation of the heights between vertices.
@@ -86,10 +86,10 @@ pub fn interpolate_heights(
         Interpolation::Barycentric => atlas.outline(surface),
         _ => (0..atlas.uvs().len() as Index).collect(),
     };
-    let scatter = Scatter::new(atlas, heights, &wedges, interpolation);
+    let interpolator = ScatteredInterpolation::new(atlas, heights, &wedges, interpolation);
     let texels = per_texel(size, 0.0, progress, || {
-        let sampler = scatter.sampler();
-        let (scatter, surface) = (&scatter, &surface);
+        let sampler = interpolator.sampler();
+        let (interpolator, surface) = (&interpolator, &surface);
         move |column, row| {
             let uv = size.uv_from_texel(column, row);
             let height = match interpolation {
@@ -98,8 +98,8 @@ pub fn interpolate_heights(
                     None => sampler.linear(uv),
                 },
                 Interpolation::Natural => sampler.natural(uv),
-                Interpolation::Idw => scatter.inverse_distance(uv),
-                Interpolation::Nearest => scatter.nearest(uv),
+                Interpolation::Idw => interpolator.inverse_distance(uv),
+                Interpolation::Nearest => interpolator.nearest(uv),
             };
             height as f32
         }
