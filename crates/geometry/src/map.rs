@@ -136,13 +136,13 @@ pub fn fit(
     heights: &[f64],
     exactness: Exactness,
     progress: &dyn Progress,
-) -> Result<fit::Missed, Cancelled> {
+) -> Result<fit::UnmetSamples, Cancelled> {
     let mut samples = Vec::new();
     for (vertex, wedges) in (0..).zip(atlas.wedges().iter()) {
         samples.extend(wedges.iter().map(|&uv| fit::Sample {
             uv: atlas.uvs()[uv as usize].as_vec2(),
             height: heights[vertex as usize],
-            rank: if atlas.dominant(vertex) == Some(uv) { fit::Rank::Dominant } else { fit::Rank::Other },
+            rank: if atlas.dominant(vertex) == Some(uv) { fit::Rank::Dominant } else { fit::Rank::Secondary },
             on_seam: wedges.len() > 1,
         }));
     }

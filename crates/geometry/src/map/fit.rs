@@ -35,7 +35,7 @@ pub enum Rank {
     /// The vertex is displaced by this sample.
     Dominant,
     /// The sample belongs to another wedge of the vertex; it is left out where it contradicts its neighbours.
-    Other,
+    Secondary,
 }
 
 /// How far texels may leave the range of heights, as a share of it. More of it would meet no more samples that matter,
@@ -49,11 +49,11 @@ const ROUNDS: usize = 4;
 
 /// Numbers of samples whose error is larger than allowed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Missed {
+pub struct UnmetSamples {
     /// Number of unmet samples by which vertices are displaced.
     pub dominant: usize,
     /// Number of other unmet samples.
-    pub other: usize,
+    pub secondary: usize,
 }
 
 /// Fits texels (model units, row by row from the top) to the samples as far as possible.
@@ -63,12 +63,12 @@ pub fn fit(
     samples: &[Sample],
     exactness: Exactness,
     progress: &dyn Progress,
-) -> Result<Missed, Cancelled> {
+) -> Result<UnmetSamples, Cancelled> {
     progress.stage("fitting");
     let range = samples.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], s| [l.min(s.height), h.max(s.height)]);
     let span = range[1] - range[0];
     if samples.is_empty() || span <= 0.0 {
-        return Ok(Missed::default());
+        return Ok(UnmetSamples::default());
     }
     let bounds = [range[0] - HEADROOM * span, range[1] + HEADROOM * span];
     let footprints: Vec<Footprint> = samples.iter().map(|s| Footprint::new(s.uv, size)).collect();
@@ -92,12 +92,12 @@ pub fn fit(
     }
     // Texels are rounded to single precision.
     let rounding = f64::from(f32::EPSILON) * bounds[0].abs().max(bounds[1].abs());
-    let missed = |(sample, footprint): (&Sample, &Footprint)| {
+    let is_unmet = |(sample, footprint): (&Sample, &Footprint)| {
         let sampled: f64 = footprint.weights().map(|(texel, w)| w * f64::from(texels[texel])).sum();
         (sampled - sample.height).abs() > exactness.allowed() * span + rounding
     };
-    let count = |rank| samples.iter().zip(&footprints).filter(|(s, f)| s.rank == rank && missed((s, f))).count();
-    Ok(Missed { dominant: count(Rank::Dominant), other: count(Rank::Other) })
+    let count = |rank| samples.iter().zip(&footprints).filter(|(s, f)| s.rank == rank && is_unmet((s, f))).count();
+    Ok(UnmetSamples { dominant: count(Rank::Dominant), secondary: count(Rank::Secondary) })
 }
 
 /// Connected groups of samples, which share texels directly or through others. Groups and their members are in the order of the samples.
@@ -171,7 +171,7 @@ impl Group {
         let (mut texels, mut met) = self.nearest_solution(tolerance, progress);
         // What the shader samples comes first; the other wedges only ask not to be torn open in simple clients. Those that
         // contradict their neighbours most go first.
-        while !met && self.equations.iter().any(|e| e.rank == Rank::Other) {
+        while !met && self.equations.iter().any(|e| e.rank == Rank::Secondary) {
             self.give_up_worst(&texels, tolerance);
             (texels, met) = self.nearest_solution(tolerance, progress);
         }
@@ -181,7 +181,7 @@ impl Group {
     /// Drops the equations of other wedges whose error is more than half of the largest one; if none has an error, all of
     /// them, since they then keep the dominant ones from being met.
     fn give_up_worst(&mut self, texels: &[f64], tolerance: f64) {
-        let off = |e: &Equation| if e.rank == Rank::Other { (e.at(texels) - e.height).abs() } else { 0.0 };
+        let off = |e: &Equation| if e.rank == Rank::Secondary { (e.at(texels) - e.height).abs() } else { 0.0 };
         let worst = self.equations.iter().map(off).fold(0.0, f64::max);
         let kept = |e: &Equation| e.rank == Rank::Dominant || (worst > tolerance && off(e) < worst / 2.0);
         self.equations.retain(kept);
@@ -310,7 +310,7 @@ mod tests {
         let far = Sample { uv: Vec2::new(0.9, 0.1), height: 1.0, rank: Rank::Dominant, on_seam: false };
         let [low, high] = [0.0, 1.0].map(|height| Sample { uv, height, rank: Rank::Dominant, on_seam: false });
         assert!((sampled(&fitted(&[low, high, far]), uv) - 0.5).abs() < 0.02);
-        let other = Sample { rank: Rank::Other, ..high };
+        let other = Sample { rank: Rank::Secondary, ..high };
         assert!(sampled(&fitted(&[low, other, far]), uv).abs() < 2e-6);
     }
 

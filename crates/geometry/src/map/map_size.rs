@@ -1,6 +1,6 @@
 //! Choice of the size of a map: how fine it must be for a layout, and whether the layout is too crowded for any size.
 
-use super::fit::Missed;
+use super::fit::UnmetSamples;
 use super::{Exactness, HeightMap, Size};
 use crate::mesh::atlas::Atlas;
 use crate::mesh::jagged::Index;
@@ -86,22 +86,22 @@ impl Spacing {
         for &side in sides.iter().filter(|&&side| !self.is_hopeless(side)) {
             // What lies between the samples does not matter for whether they can be met.
             let size = Size::square(side);
-            let mut missed = Missed::default();
+            let mut unmet = UnmetSamples::default();
             for channel in channels {
                 let mut flat = HeightMap { size, texels: vec![0.0; size.texels()] };
                 let here = super::fit(&mut flat, atlas, channel, exactness, progress)?;
-                missed.dominant = missed.dominant.max(here.dominant);
-                missed.other = missed.other.max(here.other);
+                unmet.dominant = unmet.dominant.max(here.dominant);
+                unmet.secondary = unmet.secondary.max(here.secondary);
             }
-            if missed.dominant == 0 {
+            if unmet.dominant == 0 {
                 let choice = MapSizeChoice { side, left: 0, reason: MapSizeReason::Exact, ..spaced };
-                if missed.other == 0 {
+                if unmet.secondary == 0 {
                     return Ok(choice);
                 }
                 exact.get_or_insert(choice);
             }
             if side == spaced.side {
-                left_at_spaced = Some(missed.dominant);
+                left_at_spaced = Some(unmet.dominant);
             }
         }
         Ok(exact.unwrap_or(match left_at_spaced {
