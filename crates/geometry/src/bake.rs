@@ -24,7 +24,7 @@ pub use goal::{Goal, Ways};
 pub use layout::{Fallback, LayoutChoice};
 pub use settings::{Carriers, Lambda, LargestSide, Quanta, Settings};
 
-use crate::map::displace::Directions;
+use crate::map::displace::DisplacementDirections;
 use crate::map::displacement::MapKind;
 use crate::map::manifest::Manifest;
 use crate::map::map_size::MapSizeChoice;
@@ -81,7 +81,7 @@ pub struct Bundle {
     /// Why the texture coordinates of the mesh were not used; none where they were, or were not asked for.
     pub fallback: Option<Fallback>,
     /// Directions that the map displaces along, for [`displace::model_vertices`].
-    pub along: Directions,
+    pub along: DisplacementDirections,
 }
 
 /// Whether [`LayoutChoice::Unwrap`] is there: the feature `unwrap`.

@@ -211,12 +211,12 @@ pub fn baked_vertices(
         let of_corners = tangents::tangents(model.surface(), &atlas, &normals);
         frames = tangents::at_vertices(model.surface(), &atlas, &normals, &of_corners);
     }
-    Ok(model_vertices(&model, &Directions { normals, frames }, manifest))
+    Ok(model_vertices(&model, &DisplacementDirections { normals, frames }, manifest))
 }
 
 /// Directions that a map displaces the vertices of a surface along.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Directions {
+pub struct DisplacementDirections {
     /// Unit normals; zero where a vertex has none. #V×3
     pub normals: Vec<Vec3>,
     /// Tangent frames, for maps of [`MapKind::VectorTangent`] only: other maps have an empty list. #V
@@ -225,7 +225,7 @@ pub struct Directions {
 
 /// Vertices of the mesh that was just baked, one for each `v` line (#v), along the directions that the bake found: the
 /// same as [`baked_vertices`] finds out from its files, at a fraction of the cost.
-pub fn model_vertices(model: &Model, along: &Directions, manifest: &Manifest) -> Vec<ShaderVertex> {
+pub fn model_vertices(model: &Model, along: &DisplacementDirections, manifest: &Manifest) -> Vec<ShaderVertex> {
     let dominant = manifest.dominant_pairs();
     let places = Places::new(manifest.displacement.layout, &dominant);
     let normals = model.weld().spread(&along.normals);
