@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3, Vec3};
 use planish_geometry::bake::{self, Belongings, Bundle, Goal, Names, Settings};
 use planish_geometry::denoise::{HeightField, NormalField};
-use planish_geometry::map::displace::{self, Places, ShaderVertex};
+use planish_geometry::map::displace::{self, SamplingRule, ShaderVertex};
 use planish_geometry::map::displacement::{Displacement, Place, Weights};
 use planish_geometry::map::manifest::{Layout, Manifest};
 use planish_geometry::mesh::normals;
@@ -152,7 +152,7 @@ pub(crate) fn keeps_its_promises(model: &Model, settings: &Settings, bundle: &Bu
 /// Height that the map gives a vertex where a shader samples it.
 pub(crate) fn sampled(read: &Read) -> impl Iterator<Item = f32> + '_ {
     let pairs = read.manifest.dominant_pairs();
-    let places = Places::new(read.manifest.displacement.layout, &pairs);
-    let vertices = displace::carrier_vertices(read.carrier.data(), places, DVec3::ZERO);
+    let rule = SamplingRule::new(read.manifest.displacement.layout, &pairs);
+    let vertices = displace::carrier_vertices(read.carrier.data(), rule, DVec3::ZERO);
     vertices.into_iter().filter_map(|v| v.place).map(|place| read.map.height_at(place, Weights::Exact))
 }

@@ -3,7 +3,7 @@
 use super::Request;
 use super::draft::Draft;
 use crate::bake::gltf::{self, Filter, GltfError};
-use crate::map::displace::{self, Places};
+use crate::map::displace::{self, SamplingRule};
 use crate::map::displacement::Place;
 use crate::map::manifest::{self, Layout};
 use crate::map::per_vertex;
@@ -50,8 +50,8 @@ pub(super) fn glb(request: &Request, normals: &[Vec3], draft: &Draft) -> Result<
     let Draft { manifest, maps, carrier, .. } = draft;
     let entry = &manifest.displacement;
     let dominant = manifest.dominant_pairs();
-    let places = Places::new(entry.layout, &dominant);
-    let vertices = displace::carrier_vertices(carrier.obj.data(), places, entry.origin);
+    let rule = SamplingRule::new(entry.layout, &dominant);
+    let vertices = displace::carrier_vertices(carrier.obj.data(), rule, entry.origin);
     let uv = |place: Place| match place {
         Place::Uv(uv) => uv,
         Place::Texel(line) => per_vertex::uv(line, entry.size()),

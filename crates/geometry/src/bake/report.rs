@@ -2,7 +2,7 @@
 
 use super::Ways;
 use super::maps::Offsets;
-use crate::map::displace::{self, Places, ShaderVertex};
+use crate::map::displace::{self, SamplingRule, ShaderVertex};
 use crate::map::displacement::{DecodeError, Displacement, Encoding, Place, TexelFormat, Weights};
 use crate::map::layout_issues::LayoutIssues;
 use crate::map::manifest::{BitsError, Filtered, HeightsLoss, Layout, Manifest, MapErrors, OwnUvs, Report};
@@ -160,7 +160,7 @@ impl<'a> Mesh<'a> {
         let Evidence { model, carrier, offsets, frames, .. } = *evidence;
         let entry = &manifest.displacement;
         let dominant = manifest.dominant_pairs();
-        let mut vertices = displace::carrier_vertices(carrier, Places::new(entry.layout, &dominant), entry.origin);
+        let mut vertices = displace::carrier_vertices(carrier, SamplingRule::new(entry.layout, &dominant), entry.origin);
         if !frames.is_empty() {
             for (vertex, frame) in vertices.iter_mut().zip(model.weld().spread(frames)) {
                 vertex.tangent = frame;

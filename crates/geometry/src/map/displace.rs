@@ -69,7 +69,7 @@ impl ShaderVertex {
 
 /// Where source vertices sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Places<'a> {
+pub enum SamplingRule<'a> {
     /// At texture coordinates: those in this list (pairs of indices of a source vertex and of texture coordinates, ascending), or else those that
     /// the first corner names.
     Uv(&'a [[Index; 2]]),
@@ -77,7 +77,7 @@ pub enum Places<'a> {
     PerVertex,
 }
 
-impl<'a> Places<'a> {
+impl<'a> SamplingRule<'a> {
     /// Those of a layout, of which some need the list.
     pub fn new(layout: Layout, dominant: &'a [[Index; 2]]) -> Self {
         match layout {
@@ -88,7 +88,7 @@ impl<'a> Places<'a> {
 }
 
 /// Vertices of a carrier, one for each source vertex: its normal is the one its corners name.
-pub fn carrier_vertices(carrier: &MeshData, places: Places, origin: DVec3) -> Vec<ShaderVertex> {
+pub fn carrier_vertices(carrier: &MeshData, rule: SamplingRule, origin: DVec3) -> Vec<ShaderVertex> {
     let vertex = |p: &DVec3| ShaderVertex { position: (*p - origin).as_vec3(), ..ShaderVertex::default() };
     let mut vertices: Vec<ShaderVertex> = carrier.positions().iter().map(vertex).collect();
     let place = |vt: Index| Place::Uv(carrier.uvs()[vt as usize].as_vec2());
@@ -101,13 +101,13 @@ pub fn carrier_vertices(carrier: &MeshData, places: Places, origin: DVec3) -> Ve
             vertex.place = corner.uv().map(place);
         }
     }
-    match places {
-        Places::Uv(dominant) => {
+    match rule {
+        SamplingRule::Uv(dominant) => {
             for &[v, vt] in dominant {
                 vertices[v as usize].place = Some(place(vt));
             }
         }
-        Places::PerVertex => {
+        SamplingRule::PerVertex => {
             for (vertex, i) in vertices.iter_mut().zip(0..) {
                 vertex.place = Some(Place::Texel(i));
             }
@@ -118,8 +118,8 @@ pub fn carrier_vertices(carrier: &MeshData, places: Places, origin: DVec3) -> Ve
 
 /// Vertices of the mesh that was baked, one for each source vertex. Its own normals are not what it is displaced along,
 /// so normals (#v×3) are given.
-pub fn source_vertices(source: &MeshData, normals: &[Vec3], places: Places, origin: DVec3) -> Vec<ShaderVertex> {
-    let mut vertices = carrier_vertices(source, places, origin);
+pub fn source_vertices(source: &MeshData, normals: &[Vec3], rule: SamplingRule, origin: DVec3) -> Vec<ShaderVertex> {
+    let mut vertices = carrier_vertices(source, rule, origin);
     for (vertex, normal) in vertices.iter_mut().zip(normals) {
         vertex.normal = *normal;
     }
@@ -177,11 +177,11 @@ pub fn baked_vertices(
     if let Some(&[vertex, uv]) = dominant.iter().find(|pair| !named(pair)) {
         return Err(MeshError::NoSuchPlace { vertex, uv });
     }
-    let places = Places::new(manifest.displacement.layout, &dominant);
+    let rule = SamplingRule::new(manifest.displacement.layout, &dominant);
     let origin = manifest.displacement.origin;
     let needs_frames = manifest.displacement.map == MapKind::VectorTangent;
     if is_carrier && !needs_frames {
-        return Ok(carrier_vertices(data, places, origin));
+        return Ok(carrier_vertices(data, rule, origin));
     }
     // A carrier has its vertices where welding put them.
     let welding = match manifest.welding {
@@ -190,7 +190,7 @@ pub fn baked_vertices(
     };
     let model = Model::new(mesh.clone(), welding);
     let of_carrier = |carrier: &MeshData| -> Vec<Vec3> {
-        let vertices = carrier_vertices(carrier, places, origin);
+        let vertices = carrier_vertices(carrier, rule, origin);
         model.weld().first().iter().map(|&v| vertices[v as usize].normal).collect()
     };
     let normals = if is_carrier {
@@ -227,9 +227,9 @@ pub struct DisplacementDirections {
 /// same as [`baked_vertices`] finds out from its files, at a fraction of the cost.
 pub fn model_vertices(model: &Model, along: &DisplacementDirections, manifest: &Manifest) -> Vec<ShaderVertex> {
     let dominant = manifest.dominant_pairs();
-    let places = Places::new(manifest.displacement.layout, &dominant);
+    let rule = SamplingRule::new(manifest.displacement.layout, &dominant);
     let normals = model.weld().spread(&along.normals);
-    let mut vertices = source_vertices(model.data(), &normals, places, manifest.displacement.origin);
+    let mut vertices = source_vertices(model.data(), &normals, rule, manifest.displacement.origin);
     if !along.frames.is_empty() {
         for (vertex, frame) in vertices.iter_mut().zip(model.weld().spread(&along.frames)) {
             vertex.tangent = frame;
