@@ -4,7 +4,7 @@
 use glam::{DVec3, Vec3};
 use planish_geometry::bake::Goal;
 use planish_geometry::map::displace::{self, SamplingRule, ShaderVertex};
-use planish_geometry::map::displacement::{Displacement, Place};
+use planish_geometry::map::displacement::{Displacement, SampleAt};
 use planish_geometry::map::manifest::{Manifest, Method};
 use planish_geometry::progress::Silent;
 use planish_geometry::source::model::Model;
@@ -41,8 +41,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         for corner in face {
             let line = corner.position as usize;
-            let own = corner.uv().map(|uv| Place::Uv(carrier.uvs()[uv as usize].as_vec2()));
-            let place: Vec3 = ShaderVertex { place: own, ..vertices[line] }.displaced(&map, 1.0);
+            let own = corner.uv().map(|uv| SampleAt::Uv(carrier.uvs()[uv as usize].as_vec2()));
+            let place: Vec3 = ShaderVertex { sample_at: own, ..vertices[line] }.displaced(&map, 1.0);
             writeln!(obj, "v {} {} {}", place.x, place.y, place.z)?;
             writeln!(off, "{}", 100.0 * (place.as_dvec3() + entry.origin).distance(expected[line]) / entry.scale)?;
         }

@@ -1,7 +1,7 @@
 //! The vertex shader's Rust twin: p' = p − λ · height · n, in single precision.
 
 use crate::denoise::NormalField;
-use crate::map::displacement::{Displacement, MapKind, Place, Weights};
+use crate::map::displacement::{Displacement, MapKind, SampleAt, Weights};
 use crate::map::manifest::{self, Layout, Manifest, UvSource};
 use crate::map::tangents::{self, Tangent};
 use crate::mesh::atlas::AtlasError;
@@ -33,7 +33,7 @@ pub struct ShaderVertex {
     /// Only maps of [`MapKind::VectorTangent`] need it.
     pub tangent: Tangent,
     /// Where it samples the map; none where no face gives it texture coordinates.
-    pub place: Option<Place>,
+    pub sample_at: Option<SampleAt>,
 }
 
 impl ShaderVertex {
@@ -45,22 +45,22 @@ impl ShaderVertex {
     /// What the map says here, model units: the height, or the length of the vector; zero for a vertex that samples
     /// nowhere.
     pub fn height(&self, map: &Displacement) -> f32 {
-        let Some(place) = self.place else { return 0.0 };
+        let Some(sample_at) = self.sample_at else { return 0.0 };
         match map.kind() {
-            MapKind::Scalar => map.height_at(place, Weights::Exact),
-            MapKind::VectorObject | MapKind::VectorTangent => map.vector_at(place, Weights::Exact).length(),
+            MapKind::Scalar => map.height_at(sample_at, Weights::Exact),
+            MapKind::VectorObject | MapKind::VectorTangent => map.vector_at(sample_at, Weights::Exact).length(),
         }
     }
 
     /// The displaced position with other weights.
     pub fn displaced_with(&self, map: &Displacement, lambda: f32, weights: Weights) -> Vec3 {
-        let Some(place) = self.place else { return self.position };
+        let Some(sample_at) = self.sample_at else { return self.position };
         match map.kind() {
-            MapKind::Scalar => self.position - self.normal * (lambda * map.height_at(place, weights)),
-            MapKind::VectorObject => self.position - map.vector_at(place, weights) * lambda,
+            MapKind::Scalar => self.position - self.normal * (lambda * map.height_at(sample_at, weights)),
+            MapKind::VectorObject => self.position - map.vector_at(sample_at, weights) * lambda,
             MapKind::VectorTangent => {
                 let [t, b, n] = self.tangent.frame(self.normal);
-                let v = map.vector_at(place, weights) * lambda;
+                let v = map.vector_at(sample_at, weights) * lambda;
                 self.position - (t * v.x + b * v.y + n * v.z)
             }
         }
@@ -91,25 +91,25 @@ impl<'a> SamplingRule<'a> {
 pub fn carrier_vertices(carrier: &MeshData, rule: SamplingRule, origin: DVec3) -> Vec<ShaderVertex> {
     let vertex = |p: &DVec3| ShaderVertex { position: (*p - origin).as_vec3(), ..ShaderVertex::default() };
     let mut vertices: Vec<ShaderVertex> = carrier.positions().iter().map(vertex).collect();
-    let place = |vt: Index| Place::Uv(carrier.uvs()[vt as usize].as_vec2());
+    let uv = |vt: Index| SampleAt::Uv(carrier.uvs()[vt as usize].as_vec2());
     for corner in carrier.faces().items() {
         let vertex = &mut vertices[corner.position as usize];
         if let Some(n) = corner.normal() {
             vertex.normal = carrier.normals()[n as usize].as_vec3();
         }
-        if vertex.place.is_none() {
-            vertex.place = corner.uv().map(place);
+        if vertex.sample_at.is_none() {
+            vertex.sample_at = corner.uv().map(uv);
         }
     }
     match rule {
         SamplingRule::Uv(dominant) => {
             for &[v, vt] in dominant {
-                vertices[v as usize].place = Some(place(vt));
+                vertices[v as usize].sample_at = Some(uv(vt));
             }
         }
         SamplingRule::PerVertex => {
             for (vertex, i) in vertices.iter_mut().zip(0..) {
-                vertex.place = Some(Place::Texel(i));
+                vertex.sample_at = Some(SampleAt::Texel(i));
             }
         }
     }

@@ -36,7 +36,7 @@ pub fn uv(line: Index, size: Size) -> Vec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::map::displacement::{Displacement, Encoding, MapKind, Place, TexelFormat, Weights};
+    use crate::map::displacement::{Displacement, Encoding, MapKind, SampleAt, TexelFormat, Weights};
 
     #[test]
     fn the_side_is_the_smallest_power_of_two_that_is_enough() {
@@ -54,10 +54,10 @@ mod tests {
             let size = map.size;
             let map = Displacement::encode(&[map], MapKind::Scalar, Encoding::covering(-1.0, 1.0, TexelFormat::Png16));
             for line in vertex_of {
-                let height = map.height_at(Place::Texel(line), Weights::Exact).to_bits();
+                let height = map.height_at(SampleAt::Texel(line), Weights::Exact).to_bits();
                 for weights in [Weights::Exact, Weights::EightBits] {
                     assert_eq!(
-                        map.height_at(Place::Uv(uv(line, size)), weights).to_bits(),
+                        map.height_at(SampleAt::Uv(uv(line, size)), weights).to_bits(),
                         height,
                         "{line} of {lines}"
                     );
