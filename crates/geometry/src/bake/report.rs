@@ -160,7 +160,8 @@ impl<'a> Mesh<'a> {
         let Evidence { model, carrier, offsets, frames, .. } = *evidence;
         let entry = &manifest.displacement;
         let dominant = manifest.dominant_pairs();
-        let mut vertices = displace::carrier_vertices(carrier, SamplingRule::new(entry.layout, &dominant), entry.origin);
+        let mut vertices =
+            displace::carrier_vertices(carrier, SamplingRule::new(entry.layout, &dominant), entry.origin);
         if !frames.is_empty() {
             for (vertex, frame) in vertices.iter_mut().zip(model.weld().spread(frames)) {
                 vertex.tangent = frame;
@@ -225,7 +226,9 @@ impl<'a> Mesh<'a> {
         let error = |&(v, source): &(Index, usize)| {
             let off = (0..channels.len()).map(|k| {
                 // A vertex that samples nowhere stays.
-                let sampled = self.vertices[source].sample_at.map_or(0.0, |sample_at| map.channel_at(k, sample_at, Weights::Exact));
+                let sampled = self.vertices[source]
+                    .sample_at
+                    .map_or(0.0, |sample_at| map.channel_at(k, sample_at, Weights::Exact));
                 (f64::from(sampled) - channels[k][v as usize]).abs()
             });
             off.fold(0.0, f64::max)

@@ -140,7 +140,7 @@ pub enum MeshError {
     NeedsCarrierNormals,
     /// The manifest names an element that is not there; indices from 0.
     #[error("there is no vertex {vertex} or no `vt` {uv} (counted from 0)")]
-    NoSuchPlace {
+    NoSuchElement {
         /// Index of the source vertex.
         vertex: Index,
         /// Index of the texture coordinates.
@@ -175,7 +175,7 @@ pub fn baked_vertices(
     let dominant = manifest.dominant_pairs();
     let named = |&&[v, vt]: &&[Index; 2]| (v as usize) < data.positions().len() && (vt as usize) < data.uvs().len();
     if let Some(&[vertex, uv]) = dominant.iter().find(|pair| !named(pair)) {
-        return Err(MeshError::NoSuchPlace { vertex, uv });
+        return Err(MeshError::NoSuchElement { vertex, uv });
     }
     let rule = SamplingRule::new(manifest.displacement.layout, &dominant);
     let origin = manifest.displacement.origin;

@@ -105,7 +105,9 @@ impl Spacing {
             }
         }
         Ok(exact.unwrap_or(match left_at_spaced {
-            Some(left) if spaced.reason == MapSizeReason::Spaced => MapSizeChoice { left, reason: MapSizeReason::AlmostExact, ..spaced },
+            Some(left) if spaced.reason == MapSizeReason::Spaced => {
+                MapSizeChoice { left, reason: MapSizeReason::AlmostExact, ..spaced }
+            }
             _ => spaced,
         }))
     }
@@ -156,7 +158,9 @@ impl std::fmt::Display for MapSizeChoice {
         let Self { side, vertices, left, reason, largest } = self;
         let apart = vertices - left;
         match reason {
-            MapSizeReason::Exact => write!(f, "{side} is the smallest power of two at which each vertex gets its height"),
+            MapSizeReason::Exact => {
+                write!(f, "{side} is the smallest power of two at which each vertex gets its height")
+            }
             MapSizeReason::AlmostExact => {
                 write!(
                     f,
