@@ -1,4 +1,4 @@
-//! The spellings that files out there use, and what is written back.
+//! Tests of the spellings that files in the wild use, and of the bytes that are written.
 
 use super::*;
 use glam::{DVec2, DVec3, Vec3};
@@ -18,7 +18,7 @@ fn error(text: impl AsRef<[u8]>) -> (Option<u32>, ObjErrorKind) {
     (line, kind)
 }
 
-/// What a corner names: position, uv, normal, counted from 0.
+/// Indices that a corner names, counted from 0: position, uv, normal.
 type Named = (Index, Option<Index>, Option<Index>);
 
 fn corners(obj: &Obj) -> Vec<Vec<Named>> {
@@ -354,7 +354,7 @@ mod numbers {
         assert_eq!(obj.data().uvs(), [DVec2::new(0.5, 0.0), DVec2::new(0.5, 0.25), DVec2::new(0.5, 0.25)]);
     }
 
-    /// What C and C++ libraries print.
+    /// Spellings of NaN of C and C++ libraries.
     const BROKEN: [&str; 8] = ["nan", "NaN", "-nan", "nan(ind)", "-nan(ind)", "-1.#IND", "1.#QNAN0", "-1.#IND00"];
 
     #[test]
