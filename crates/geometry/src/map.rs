@@ -70,7 +70,7 @@ pub struct TextureLayout<'a> {
     pub coverage: &'a Coverage,
 }
 
-/// Spreads heights (#V, model units) over the texture; every texel gets one, inside charts and out.
+/// Interpolates heights (#V, model units) over the texture; every texel gets one, inside charts and out.
 ///
 /// All values lie between the lowest and the highest height.
 pub fn interpolate_heights(

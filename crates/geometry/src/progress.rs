@@ -9,7 +9,7 @@ pub struct Cancelled;
 
 /// Receiver of progress, which may be called from any thread.
 pub trait Progress: Sync {
-    /// Reports that a stage begins. Its name is one word that users understand, such as "smoothing" or "rasterising".
+    /// Reports that a stage begins. Its name is short and understood by users, such as "smoothing" or "rasterising".
     fn stage(&self, name: &'static str) {
         let _ = name;
     }

@@ -72,7 +72,7 @@ impl Encoding {
     }
 }
 
-/// [`Encoding::quantum`] as a share of the scale.
+/// Quantum of an encoding ([`Encoding::quantum`]) as a fraction of its scale.
 pub fn quantum(texel: TexelFormat) -> f64 {
     match texel.stored() {
         Stored::Integers(steps) => 1.0 / f64::from(steps),
@@ -81,7 +81,7 @@ pub fn quantum(texel: TexelFormat) -> f64 {
     }
 }
 
-/// Where a vertex samples its height.
+/// Position in a map that a vertex samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SampleAt {
     /// The vertex samples at a texture coordinate, v up: bilinear between texel centres, clamped at the border.
@@ -160,7 +160,7 @@ impl Displacement {
         self.channel_at(0, sample_at, weights)
     }
 
-    /// The three channels at a sample position, model units. Twin of `vector_at` and `vector_of`.
+    /// Vector of the three channels at a sample position, model units. Twin of `vector_at` and `vector_of`.
     ///
     /// # Panics
     /// If the map holds heights.
@@ -168,12 +168,12 @@ impl Displacement {
         Vec3::from_array([0, 1, 2].map(|plane| self.channel_at(plane, sample_at, weights)))
     }
 
-    /// One channel at a sample position, model units.
+    /// Value of one channel at a sample position, model units.
     pub fn channel_at(&self, channel: usize, sample_at: SampleAt, weights: Weights) -> f32 {
         self.encoding.bias + self.encoding.scale * self.texel_at(channel, sample_at, weights)
     }
 
-    /// The texel of one channel at a sample position, in 0..=1.
+    /// Interpolated texel of one channel at a sample position, 0..=1.
     pub fn texel_at(&self, channel: usize, sample_at: SampleAt, weights: Weights) -> f32 {
         let texels = &self.planes[channel];
         match sample_at {

@@ -38,21 +38,22 @@ pub enum Rank {
     Secondary,
 }
 
-/// How far texels may leave the range of heights, as a share of it. More of it would meet no more samples that matter,
-/// and cost precision everywhere.
+/// Distance by which texels may leave the range of the heights, as a fraction of that range. More of it would meet no more
+/// samples that matter, and cost precision everywhere.
 const HEADROOM: f64 = 0.25;
 
-/// Steps of the conjugate gradients, and how often texels may be set to their bounds. Only crowded layouts need that many;
+/// Largest number of steps of the conjugate gradients. Only crowded layouts need that many;
 /// three times the rounds changed the errors of those that were tried by less than a hundredth.
 const STEPS: usize = 150;
+/// Largest number of rounds in which texels outside the bounds are set to them.
 const ROUNDS: usize = 4;
 
 /// Numbers of samples whose error is larger than allowed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct UnmetSamples {
-    /// Number of unmet samples by which vertices are displaced.
+    /// Number of unmet samples that displace vertices.
     pub dominant: usize,
-    /// Number of other unmet samples.
+    /// Number of unmet samples of the other wedges of vertices.
     pub secondary: usize,
 }
 

@@ -56,7 +56,7 @@ impl LayoutIssues {
         }
     }
 
-    /// Issues that no size of the map can mend, in words, the worst first.
+    /// Describes the issues that no size of the map can solve, the worst first.
     pub fn problems(&self) -> Vec<String> {
         let mut out = Vec::new();
         let mut add = |n: usize, text: String| {
@@ -65,39 +65,46 @@ impl LayoutIssues {
             }
         };
         let outside = match self.out_of_range {
-            Some(OutOfRange::Tiles) => "in tiles of their own (UDIM): one map has one tile",
-            _ => "where the texture repeats: the map is clamped at its border there",
+            Some(OutOfRange::Tiles) => "in other UDIM tiles: a map has one tile only",
+            _ => "where the texture repeats: a map is clamped at its border",
         };
-        let vertices = |n: usize| format!("{n} {}", if n == 1 { "vertex is" } else { "vertices are" });
-        add(self.unmapped_vertices, format!("{} without texture coordinates", vertices(self.unmapped_vertices)));
-        add(self.out_of_range_vertices, format!("{} outside [0, 1], {outside}", vertices(self.out_of_range_vertices)));
-        let mirrored = if self.mirrored_faces > 0 { " (some of them mirrored)" } else { "" };
+        let vertices_are = |n: usize| format!("{n} {}", if n == 1 { "vertex is" } else { "vertices are" });
+        add(self.unmapped_vertices, format!("{} without texture coordinates", vertices_are(self.unmapped_vertices)));
+        add(
+            self.out_of_range_vertices,
+            format!("{} outside [0, 1], {outside}", vertices_are(self.out_of_range_vertices)),
+        );
+        let mirrored = if self.mirrored_faces > 0 { " (some faces are mirrored)" } else { "" };
         let texels = self.overlapping_texels;
-        add(texels, format!("charts overlap in {texels} texels{mirrored}: faces that share texels get one height"));
+        add(
+            texels,
+            format!("charts overlap in {texels} texels{mirrored}: faces that share texels share their heights"),
+        );
         out
     }
 
-    /// Issue that a larger map may mend, in words.
+    /// Describes the issue that a larger map may solve; `None` without it.
     pub fn crowding(&self) -> Option<String> {
         let n = self.crowded_vertices;
-        let are = if n == 1 { "vertex is" } else { "vertices are" };
-        (n > 0).then(|| format!("{n} {are} less than two texels from another one"))
+        let vertices_are = if n == 1 { "vertex is" } else { "vertices are" };
+        (n > 0).then(|| format!("{n} {vertices_are} less than two texels from another one"))
     }
 }
 
 /// Number of vertices whose texture coordinate lies outside the unit square, where a map that does not repeat has no texels.
 pub fn out_of_range(atlas: &Atlas) -> usize {
-    let place = |v| atlas.dominant(v).map(|uv| atlas.uvs()[uv as usize]);
+    let dominant_uv = |v| atlas.dominant(v).map(|uv| atlas.uvs()[uv as usize]);
     let outside = |uv: &DVec2| !atlas::in_unit_square(*uv);
-    (0..atlas.wedges().len() as Index).filter_map(place).filter(outside).count()
+    (0..atlas.wedges().len() as Index).filter_map(dominant_uv).filter(outside).count()
 }
 
-/// Number of vertices all of whose faces have no texture coordinates there.
+/// Number of vertices with faces none of which gives them a texture coordinate.
 pub fn unmapped(surface: &Surface, atlas: &Atlas) -> usize {
     let vertices = 0..atlas.wedges().len() as Index;
     vertices.filter(|&v| !surface.topology().is_isolated(v) && atlas.dominant(v).is_none()).count()
 }
 
+/// Kind of the faces outside the unit square, of which there are some.
 fn kind(surface: &Surface, atlas: &Atlas) -> OutOfRange {
     let in_one_square = |corners: &[Index; 3]| {
         let uvs = corners.map(|c| atlas.at_corner(c).unwrap_or_default());
@@ -139,7 +146,7 @@ mod tests {
 
     #[test]
     fn overlaps_mirrors_and_crowds_are_named() {
-        // Folded along the middle: the right half lies on the left one, turned over.
+        // Folded along the middle: the right half lies on the left one, mirrored.
         let folded = found(|p| DVec2::new((p.x - 0.5).abs(), p.y));
         assert_eq!(folded.mirrored_faces, 64);
         assert!(folded.problems().iter().any(|p| p.contains("overlap") && p.contains("mirrored")), "{folded:?}");

@@ -9,8 +9,8 @@ use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use rayon::prelude::*;
 use std::num::NonZero;
 
-/// Bilinear sampling reads two by two texels. Vertices that are not this many texels apart share some of them, and
-/// then a map cannot give each its own height.
+/// Distance in texels from which on two vertices share no texel, because bilinear sampling reads two by two of them. If they
+/// share texels, a map may be unable to give each its own height.
 pub const TEXELS_APART: f64 = 2.0;
 
 /// Fraction of the vertices that a size chosen automatically has to resolve.
@@ -32,17 +32,17 @@ impl Spacing {
     /// Measures the dominant uv vertices of a layout.
     pub fn new(atlas: &Atlas) -> Self {
         let vertices = 0..atlas.wedges().len() as Index;
-        let places: Vec<[f64; 2]> =
+        let uvs: Vec<[f64; 2]> =
             vertices.filter_map(|v| atlas.dominant(v)).map(|uv| atlas.uvs()[uv as usize].to_array()).collect();
-        let Ok(tree) = ImmutableKdTree::<f64, 2>::new_from_slice(&places) else {
+        let Ok(tree) = ImmutableKdTree::<f64, 2>::new_from_slice(&uvs) else {
             return Self { distances: Vec::new() };
         };
         const TWO: NonZero<usize> = NonZero::new(2).expect("two is not zero");
-        // The nearest one is the place itself, or a twin at distance zero; either way the second is the answer.
+        // The nearest one is the point itself, or another at distance zero; either way the second is the answer.
         let second = |p: &[f64; 2]| {
             tree.query(p).nearest_n::<SquaredEuclidean<f64>>(TWO).execute().get(1).map(|n| n.distance.sqrt())
         };
-        let mut distances: Vec<f64> = places.par_iter().map(|p| second(p).unwrap_or(f64::INFINITY)).collect();
+        let mut distances: Vec<f64> = uvs.par_iter().map(|p| second(p).unwrap_or(f64::INFINITY)).collect();
         distances.sort_unstable_by(f64::total_cmp);
         Self { distances }
     }
@@ -84,14 +84,14 @@ impl Spacing {
         let spaced = self.choose(sides);
         let (mut exact, mut left_at_spaced) = (None, None);
         for &side in sides.iter().filter(|&&side| !self.is_hopeless(side)) {
-            // What lies between the samples does not matter for whether they can be met.
+            // Texels between the samples make no difference to whether the samples can be met.
             let size = Size::square(side);
             let mut unmet = UnmetSamples::default();
             for channel in channels {
                 let mut flat = HeightMap { size, texels: vec![0.0; size.texels()] };
-                let here = super::fit(&mut flat, atlas, channel, exactness, progress)?;
-                unmet.dominant = unmet.dominant.max(here.dominant);
-                unmet.secondary = unmet.secondary.max(here.secondary);
+                let unmet_in_channel = super::fit(&mut flat, atlas, channel, exactness, progress)?;
+                unmet.dominant = unmet.dominant.max(unmet_in_channel.dominant);
+                unmet.secondary = unmet.secondary.max(unmet_in_channel.secondary);
             }
             if unmet.dominant == 0 {
                 let choice = MapSizeChoice { side, left: 0, reason: MapSizeReason::Exact, ..spaced };
@@ -113,8 +113,8 @@ impl Spacing {
     }
 }
 
-/// Share of vertices less than one texel from another one above which no fit is tried: texels are then fewer than
-/// equations somewhere.
+/// Fraction of vertices less than one texel from another one above which no fit is tried, because somewhere there are then
+/// fewer texels than equations.
 const HOPELESS_SHARE: f64 = 0.1;
 
 /// Powers of two from the smallest size that is chosen automatically up to a largest one.
@@ -176,7 +176,7 @@ impl std::fmt::Display for MapSizeChoice {
             MapSizeReason::Crowded => {
                 write!(
                     f,
-                    "{side} is the largest size tried, and yet only {apart} of {vertices} vertices are two texels apart: the layout is crowded"
+                    "{side} is the largest size tried, but only {apart} of {vertices} vertices are two texels apart: the layout is crowded"
                 )
             }
         }

@@ -100,8 +100,8 @@ impl ScatteredInterpolation {
 pub(super) struct Sampler<'a> {
     interpolation: &'a ScatteredInterpolation,
     natural: NaturalNeighbor<'a, Delaunay>,
-    /// Where the last place was found, tried first. Each answer depends on its place alone: an interior point of a
-    /// triangle, or of the strip outside a hull edge, is in no other.
+    /// Triangle or hull edge of the last query, which is tried first. An answer depends on its query alone: an interior point
+    /// of a triangle, or of the strip outside a hull edge, is in no other.
     last: Cell<Last>,
 }
 
@@ -124,8 +124,8 @@ impl Sampler<'_> {
                 }
             }
             Last::Outside(edge) => {
-                let (along, height) = self.beside(edge, uv);
-                if along.is_some() {
+                let (projection, height) = self.project_to_hull(edge, uv);
+                if projection.is_some() {
                     return height;
                 }
             }
@@ -181,9 +181,9 @@ impl Sampler<'_> {
         let t = ((uv - a.uv).dot(along) / along.length_squared()).clamp(0.0, 1.0);
         ((a.uv + along * t).distance_squared(uv), a.height + (b.height - a.height) * t)
     }
-    /// The foot of a place on a hull edge where it lies well between the ends and the place well outside, and the
-    /// height there.
-    fn beside(&self, edge: FixedDirectedEdgeHandle, uv: DVec2) -> (Option<f64>, f64) {
+    /// Parameter of the projection of a point onto a hull edge, and the height there; `None` unless the projection is well
+    /// between the ends and the point well outside the hull.
+    fn project_to_hull(&self, edge: FixedDirectedEdgeHandle, uv: DVec2) -> (Option<f64>, f64) {
         let [a, b] = self.ends(edge);
         let along = b.uv - a.uv;
         let t = (uv - a.uv).dot(along) / along.length_squared();
@@ -216,7 +216,7 @@ struct GridHint {
 impl GridHint {
     fn cell(&self, p: Point2<f64>) -> [usize; 2] {
         let at = (DVec2::new(p.x, p.y) - self.low) * self.cells_per_unit;
-        // Saturating, so that places outside get the hint at the border.
+        // `as` saturates, so that points outside get the hint at the border.
         [at.x, at.y].map(|x| (x as usize).min(self.side - 1))
     }
 }

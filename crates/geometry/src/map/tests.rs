@@ -67,7 +67,7 @@ fn no_background_bleeds_in() {
 }
 
 #[test]
-fn sampled_ways_give_the_sample_at_its_place() {
+fn interpolations_give_the_height_of_a_vertex_at_its_texture_coordinate() {
     // At 16 texels for 8 cells of half the texture, texel centres are never at vertices; at this odd size some are.
     let (surface, atlas, heights) = slope();
     let size = Size::square(12);
