@@ -127,7 +127,7 @@ fn groups(footprints: &[Footprint]) -> Ragged<Index> {
 /// A connected group of samples, with its texels renumbered.
 struct Group {
     /// Index in the image of each texel, ascending.
-    places: Vec<usize>,
+    indices: Vec<usize>,
     start: Vec<f64>,
     equations: Vec<Equation>,
     bounds: [f64; 2],
@@ -151,23 +151,23 @@ impl Equation {
 impl Group {
     fn new(members: &[Index], samples: &[Sample], footprints: &[Footprint], texels: &[f32], bounds: [f64; 2]) -> Self {
         let weights = |i: &Index| footprints[*i as usize].weights();
-        let mut places: Vec<usize> = members.iter().flat_map(weights).map(|(texel, _)| texel).collect();
-        places.sort_unstable();
-        places.dedup();
+        let mut indices: Vec<usize> = members.iter().flat_map(weights).map(|(texel, _)| texel).collect();
+        indices.sort_unstable();
+        indices.dedup();
         let equation = |i: &Index| {
             let Sample { height, rank, on_seam, .. } = samples[*i as usize];
-            let local = |(texel, w): (usize, f64)| (places.partition_point(|&p| p < texel), w);
+            let local = |(texel, w): (usize, f64)| (indices.partition_point(|&p| p < texel), w);
             Equation { terms: weights(i).map(local).collect(), height, rank, on_seam }
         };
         let equations = members.iter().map(equation).collect();
-        let start = places.iter().map(|&p| f64::from(texels[p])).collect();
-        Self { places, start, equations, bounds }
+        let start = indices.iter().map(|&p| f64::from(texels[p])).collect();
+        Self { indices, start, equations, bounds }
     }
 
     /// Solves for the heights of the texels. If the work shall stop, which a large group has to notice itself, the result is arbitrary.
     fn solve(mut self, tolerance: f64, progress: &dyn Progress) -> Vec<(usize, f64)> {
         if let [Equation { on_seam: true, height, .. }] = self.equations[..] {
-            return self.places.into_iter().map(|place| (place, height)).collect();
+            return self.indices.into_iter().map(|index| (index, height)).collect();
         }
         let (mut texels, mut met) = self.nearest_solution(tolerance, progress);
         // What the shader samples comes first; the other wedges only ask not to be torn open in simple clients. Those that
@@ -176,7 +176,7 @@ impl Group {
             self.give_up_worst(&texels, tolerance);
             (texels, met) = self.nearest_solution(tolerance, progress);
         }
-        self.places.into_iter().zip(texels).collect()
+        self.indices.into_iter().zip(texels).collect()
     }
 
     /// Drops the equations of other wedges whose error is more than half of the largest one; if none has an error, all of
