@@ -143,25 +143,25 @@ impl Target {
 }
 
 named! {
-    /// Where a vertex has its texels.
+    /// Layout of a map: the rule by which a vertex has its texels.
     #[derive(Default)]
     pub enum Layout {
-        /// At its texture coordinates.
+        /// A vertex samples the map at its texture coordinates.
         #[default]
         Uv = "uv",
-        /// The i-th source vertex in texel (i mod width, i div width), row 0 on top.
+        /// The i-th source vertex reads texel (i mod width, i div width), row 0 on top.
         Vertex = "vertex",
     }
 }
 
 named! {
-    /// Whose texture coordinates a map lies in.
+    /// Origin of the texture coordinates of a map.
     #[derive(Default)]
     pub enum UvSource {
-        /// The texture coordinates of the mesh.
+        /// The map uses the texture coordinates of the mesh.
         #[default]
         Mesh = "mesh",
-        /// New texture coordinates that the bake made; only the carrier has them.
+        /// The map uses new texture coordinates that the bake made; only the carrier has them.
         Unwrapped = "unwrapped",
     }
 }
@@ -271,7 +271,7 @@ pub struct Carrier {
 pub struct Report {
     /// Largest distance of a vertex from its exact position, model units.
     pub max_error: f64,
-    /// 99th percentile.
+    /// 99th percentile of these distances, model units.
     pub p99_error: f64,
     /// Mean of these distances, model units.
     pub mean_error: f64,
@@ -385,7 +385,7 @@ pub struct MapErrors {
 pub struct Filtered {
     /// Largest distance of a vertex from its exact position, model units.
     pub max_error: f64,
-    /// 99th percentile.
+    /// 99th percentile of these distances, model units.
     pub p99_error: f64,
     /// Largest distance between two wedges of one vertex after displacement, model units.
     pub seam_gap: f64,
