@@ -41,7 +41,7 @@ pub enum CompareError {
     Connectivity(usize),
 }
 
-/// Errors of a mesh; the field names in JSON are those of the table's columns.
+/// Errors of a mesh; its field names in JSON are the column names of the table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
     /// Number of vertices.
@@ -229,10 +229,10 @@ fn mean(of: impl ExactSizeIterator<Item = f64>) -> f64 {
     of.sum::<f64>() / count as f64
 }
 
-/// Percentile of a sorted list by linear interpolation between order statistics, as numpy does it; NaN for an empty list.
-pub fn percentile(sorted: &[f64], share: f64) -> f64 {
+/// Percentile of an ascending list, for a fraction 0..=1, by linear interpolation between order statistics, as numpy does it; NaN for an empty list.
+pub fn percentile(sorted: &[f64], fraction: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
-    let rank = share * last as f64;
+    let rank = fraction * last as f64;
     let (low, high) = (rank.floor() as usize, rank.ceil() as usize);
     sorted[low] + (sorted[high] - sorted[low]) * (rank - low as f64)
 }

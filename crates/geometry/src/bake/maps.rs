@@ -222,7 +222,7 @@ fn room_for_normals(request: &Request, atlas: &Atlas) -> Result<Option<Coverage>
         .clamp(256.min(settings.largest_side.0), settings.largest_side.0);
     let size = Size::square(settings.side.unwrap_or(side));
     let coverage = Coverage::new(model.surface(), atlas, size, progress)?;
-    let allowed = OVERLAP * coverage.share() * size.texels() as f64;
+    let allowed = OVERLAP * coverage.covered_fraction() * size.texels() as f64;
     Ok((coverage.overlaps() as f64 <= allowed).then_some(coverage))
 }
 

@@ -248,7 +248,7 @@ mod tests {
         let height = |texel: f32| map.encoding.bias + map.encoding.scale * texel;
         for (i, texel) in texels.iter().enumerate() {
             let uv = map.size.uv_from_texel(i % 5, i / 5).as_vec2();
-            // (i + ½)/5 is not exact in single precision: a texel's share of 1e-6 of the step to its neighbour.
+            // (i + ½)/5 is not exact in single precision: a texel gets 1e-6 of the step to its neighbour.
             assert!((at(uv) - height(*texel)).abs() < 1e-6);
             assert_eq!(map.height_at(SampleAt::Texel(i as Index), Weights::Exact), height(*texel));
         }

@@ -1,7 +1,7 @@
 //! Fitting of texels, so that sampling returns the heights of the vertices.
 //!
 //! Bilinear sampling blends four texels, and noise differs from vertex to vertex, so a map that is merely interpolated
-//! gives each vertex something of its neighbours. Here the texels T around the samples are moved as little as possible
+//! mixes the height of each vertex with those of its neighbours. Here the texels T around the samples are moved as little as possible
 //! until sampling returns the heights: min ‖A T − h‖, and of all such T the one nearest to the interpolated T₀, within
 //! bounds. Conjugate gradients on the normal equations, started at T₀, give just that (CGLS: Paige & Saunders. LSQR.
 //! 1982); texels that leave the bounds are set to them and the others are solved again. Samples that share no texel are
@@ -170,8 +170,8 @@ impl Group {
             return self.indices.into_iter().map(|index| (index, height)).collect();
         }
         let (mut texels, mut met) = self.nearest_solution(tolerance, progress);
-        // What the shader samples comes first; the other wedges only ask not to be torn open in simple clients. Those that
-        // contradict their neighbours most go first.
+        // The samples of the shader matter most. The other wedges only keep seams closed in simple clients, so those that
+        // contradict their neighbours most are dropped first.
         while !met && self.equations.iter().any(|e| e.rank == Rank::Secondary) {
             self.give_up_worst(&texels, tolerance);
             (texels, met) = self.nearest_solution(tolerance, progress);

@@ -19,7 +19,7 @@ pub struct LayoutIssues {
     pub smallest_distance: Option<f64>,
     /// Number of vertices that sample outside [0, 1]².
     pub out_of_range_vertices: usize,
-    /// How faces lie outside [0, 1]²; `None` if no vertex does.
+    /// Kind of the faces outside [0, 1]²; `None` if no vertex lies there.
     pub out_of_range: Option<OutOfRange>,
     /// Number of texels that lie in more than one triangle, counted once for each further triangle.
     pub overlapping_texels: usize,
@@ -29,7 +29,7 @@ pub struct LayoutIssues {
     pub unmapped_vertices: usize,
 }
 
-/// How faces lie outside the unit square.
+/// Kind of a layout that leaves the unit square.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum OutOfRange {
@@ -45,7 +45,7 @@ impl LayoutIssues {
         let side = coverage.size().width;
         let out_of_range_vertices = out_of_range(atlas);
         Self {
-            coverage: coverage.share(),
+            coverage: coverage.covered_fraction(),
             crowded_vertices: spacing.crowded(side),
             smallest_distance: Some(spacing.smallest(side)).filter(|d| d.is_finite()),
             out_of_range_vertices,

@@ -179,7 +179,7 @@ pub struct MapEntry {
     pub file: String,
     /// Kind of the map: heights or vectors.
     pub map: MapKind,
-    /// Layout, which says where the texels of a vertex are.
+    /// Layout of the map: the rule by which a vertex has its texels.
     pub layout: Layout,
     /// Interpolation of the texels between vertices; only with [`Layout::Uv`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -330,12 +330,13 @@ pub struct Report {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct HeightsLoss {
     /// Mean angle between the faces of the input and of the denoised surface, degrees.
-    pub turned_deg: f64,
+    #[serde(rename = "turned_deg")]
+    pub rotation_deg: f64,
     /// Mean angle between the faces of the denoised surface and of the one that the heights give, degrees.
     pub lost_deg: f64,
     /// Fraction of the vertices whose normal is tilted towards their displacement, so that their faces come out right.
-    #[serde(default)]
-    pub leaning: f64,
+    #[serde(default, rename = "leaning")]
+    pub tilted: f64,
 }
 
 impl HeightsLoss {
@@ -343,22 +344,22 @@ impl HeightsLoss {
     /// and more than a tenth of the rotation, so that visible noise is left; or so many normals are tilted that they do not look
     /// like normals of the surface any more.
     pub fn is_much(&self) -> bool {
-        (self.lost_deg > 0.5 && self.lost_deg > 0.1 * self.turned_deg) || self.leaning > 0.2
+        (self.lost_deg > 0.5 && self.lost_deg > 0.1 * self.rotation_deg) || self.tilted > 0.2
     }
 }
 
 impl From<HeightResidual> for HeightsLoss {
     fn from(residual: HeightResidual) -> Self {
-        Self { turned_deg: residual.rotation, lost_deg: residual.angle, leaning: residual.tilted }
+        Self { rotation_deg: residual.rotation, lost_deg: residual.angle, tilted: residual.tilted }
     }
 }
 
 impl fmt::Display for HeightsLoss {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { turned_deg, lost_deg, leaning } = self;
-        write!(f, "heights lose {lost_deg:.2}° of the {turned_deg:.2}° by which denoising rotates the faces")?;
-        if *leaning > 0.0 {
-            write!(f, ", with {:.1} % of the normals tilted", 100.0 * leaning)?;
+        let Self { rotation_deg, lost_deg, tilted } = self;
+        write!(f, "heights lose {lost_deg:.2}° of the {rotation_deg:.2}° by which denoising rotates the faces")?;
+        if *tilted > 0.0 {
+            write!(f, ", with {:.1} % of the normals tilted", 100.0 * tilted)?;
         }
         if self.is_much() {
             write!(f, ": a vector map loses nothing")?;

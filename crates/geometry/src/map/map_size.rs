@@ -14,7 +14,7 @@ use std::num::NonZero;
 pub const TEXELS_APART: f64 = 2.0;
 
 /// Fraction of the vertices that a size chosen automatically has to resolve.
-pub const RESOLVED_SHARE: f64 = 0.99;
+pub const RESOLVED_FRACTION: f64 = 0.99;
 
 /// Smallest side that is chosen automatically, texels.
 pub const SMALLEST_SIDE: u32 = 64;
@@ -55,7 +55,7 @@ impl Spacing {
     }
     /// Returns true if so many vertices are less than one texel apart that a fit is not worth its time.
     pub(crate) fn is_hopeless(&self, side: u32) -> bool {
-        self.nearer(1.0, side) as f64 > HOPELESS_SHARE * self.distances.len() as f64
+        self.nearer(1.0, side) as f64 > HOPELESS_FRACTION * self.distances.len() as f64
     }
     /// Smallest distance in a square map, texels.
     pub fn smallest(&self, side: u32) -> f64 {
@@ -64,7 +64,7 @@ impl Spacing {
     /// Chooses the smallest of the sides (ascending) at which all but 1 % of the vertices are far enough apart, or the largest
     /// one if none is enough.
     pub fn choose(&self, sides: &[u32]) -> MapSizeChoice {
-        let allowed = (self.distances.len() as f64 * (1.0 - RESOLVED_SHARE)).floor() as usize;
+        let allowed = (self.distances.len() as f64 * (1.0 - RESOLVED_FRACTION)).floor() as usize;
         let enough = sides.iter().copied().find(|&side| self.crowded(side) <= allowed);
         let largest = sides.last().copied().unwrap_or(1);
         let side = enough.unwrap_or(largest);
@@ -115,7 +115,7 @@ impl Spacing {
 
 /// Fraction of vertices less than one texel from another one above which no fit is tried, because somewhere there are then
 /// fewer texels than equations.
-const HOPELESS_SHARE: f64 = 0.1;
+const HOPELESS_FRACTION: f64 = 0.1;
 
 /// Powers of two from the smallest size that is chosen automatically up to a largest one.
 pub fn sides(largest: u32) -> Vec<u32> {

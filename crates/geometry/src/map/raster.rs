@@ -92,7 +92,7 @@ impl Coverage {
         self.overlaps
     }
     /// Fraction of the texels that lie in charts, 0..=1.
-    pub fn share(&self) -> f64 {
+    pub fn covered_fraction(&self) -> f64 {
         let owned = self.owners.iter().filter(|&&owner| owner != Self::NOBODY).count();
         owned as f64 / self.size.texels() as f64
     }
@@ -111,7 +111,7 @@ fn rows_of(t: &[DVec2; 3], size: Size) -> std::ops::Range<usize> {
     centres(a.min(b).min(c), a.max(b).max(c), size.height)
 }
 
-/// Gives the free texels of a band to a triangle and returns how many of its texels were taken already.
+/// Assigns the free texels of a band to a triangle and returns the number of its texels that were taken already.
 fn draw(t: &[DVec2; 3], index: Index, first_row: usize, owners: &mut [Index], size: Size) -> usize {
     let side = |a: DVec2, b: DVec2, p: DVec2| orient2d(coord(a), coord(b), coord(p));
     let [a, mut b, mut c] = *t;
@@ -204,7 +204,7 @@ mod tests {
         }
         let found = coverage(&triangles, 8);
         assert_eq!(found.overlaps(), 0);
-        assert_eq!(found.share(), 1.0);
+        assert_eq!(found.covered_fraction(), 1.0);
     }
 
     #[test]
@@ -219,7 +219,7 @@ mod tests {
     fn triangles_outside_the_image_do_no_harm() {
         let found =
             coverage(&[[[-9.0, -9.0], [1e30, -5.0], [-9.0, 1e30]], [[50.0, 50.0], [60.0, 50.0], [50.0, 60.0]]], 4);
-        assert_eq!(found.share(), 1.0);
+        assert_eq!(found.covered_fraction(), 1.0);
     }
 
     #[test]

@@ -177,18 +177,18 @@ impl Sampler<'_> {
     /// Squared distance to an edge, and the height at the nearest point of it.
     fn on_edge(&self, edge: FixedDirectedEdgeHandle, uv: DVec2) -> (f64, f64) {
         let [a, b] = self.ends(edge);
-        let along = b.uv - a.uv;
-        let t = ((uv - a.uv).dot(along) / along.length_squared()).clamp(0.0, 1.0);
-        ((a.uv + along * t).distance_squared(uv), a.height + (b.height - a.height) * t)
+        let direction = b.uv - a.uv;
+        let t = ((uv - a.uv).dot(direction) / direction.length_squared()).clamp(0.0, 1.0);
+        ((a.uv + direction * t).distance_squared(uv), a.height + (b.height - a.height) * t)
     }
     /// Parameter of the projection of a point onto a hull edge, and the height there; `None` unless the projection is well
     /// between the ends and the point well outside the hull.
     fn project_to_hull(&self, edge: FixedDirectedEdgeHandle, uv: DVec2) -> (Option<f64>, f64) {
         let [a, b] = self.ends(edge);
-        let along = b.uv - a.uv;
-        let t = (uv - a.uv).dot(along) / along.length_squared();
+        let direction = b.uv - a.uv;
+        let t = (uv - a.uv).dot(direction) / direction.length_squared();
         // The outer face is on the left of a hull edge.
-        let outside = along.perp_dot(uv - a.uv) > 1e-9 * along.length_squared();
+        let outside = direction.perp_dot(uv - a.uv) > 1e-9 * direction.length_squared();
         ((outside && 1e-9 < t && t < 1.0 - 1e-9).then_some(t), a.height + (b.height - a.height) * t)
     }
     fn ends(&self, edge: FixedDirectedEdgeHandle) -> [Site; 2] {
@@ -252,7 +252,7 @@ impl HintGenerator<f64> for GridHint {
             let [x, y] = hint.cell(p);
             hint.nearest[y * side + x] = vertex;
         }
-        // Empty cells take over what lies beside them in their row, empty rows the row before.
+        // Empty cells get the vertex of a neighbour in their row, empty rows those of the row before.
         let mut last_row = vec![0; side];
         for row in hint.nearest.chunks_mut(side.max(1)) {
             match row.iter().copied().find(|&vertex| vertex != EMPTY) {
