@@ -117,8 +117,8 @@ pub struct Exactness {
 }
 
 impl Exactness {
-    /// Error at which the solver takes a sample as met, as a fraction of the range. Texels are in single precision whatever they
-    /// are encoded in.
+    /// Error at which the solver takes a sample as met, as a fraction of the range. Texels are in single precision whatever
+    /// they are encoded in.
     fn residual(self) -> f64 {
         self.quantum.max(f64::from(f32::EPSILON)) / 8.0
     }

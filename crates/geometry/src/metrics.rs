@@ -229,7 +229,8 @@ fn mean(of: impl ExactSizeIterator<Item = f64>) -> f64 {
     of.sum::<f64>() / count as f64
 }
 
-/// Percentile of an ascending list, for a fraction 0..=1, by linear interpolation between order statistics, as numpy does it; NaN for an empty list.
+/// Percentile of an ascending list, for a fraction 0..=1, by linear interpolation between order statistics, as numpy does it;
+/// NaN for an empty list.
 pub fn percentile(sorted: &[f64], fraction: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
     let rank = fraction * last as f64;

@@ -115,8 +115,8 @@ pub fn carrier_vertices(carrier: &MeshData, rule: SamplingRule, origin: DVec3) -
     vertices
 }
 
-/// Builds the vertices of the mesh that was baked, one for each source vertex (#v), with these unit normals (#v×3), because the
-/// map does not displace along the normals of the file.
+/// Builds the vertices of the mesh that was baked, one for each source vertex (#v), with these unit normals (#v×3), because
+/// the map does not displace along the normals of the file.
 pub fn source_vertices(source: &MeshData, normals: &[Vec3], rule: SamplingRule, origin: DVec3) -> Vec<ShaderVertex> {
     let mut vertices = carrier_vertices(source, rule, origin);
     for (vertex, normal) in vertices.iter_mut().zip(normals) {
@@ -153,8 +153,8 @@ pub enum MeshError {
     Atlas(#[from] AtlasError),
 }
 
-/// Builds the vertices, one for each source vertex (#v), of a carrier, or of the mesh that was baked, with the normals that the
-/// bake used.
+/// Builds the vertices, one for each source vertex (#v), of a carrier, or of the mesh that was baked, with the normals that
+/// the bake used.
 ///
 /// `carrier` is called if `mesh` is not the carrier but only the carrier has these normals.
 pub fn baked_vertices(

@@ -24,8 +24,8 @@ named! {
         Scalar = "scalar",
         /// Displacement vector in the axes of the model: red, green and blue are x, y and z.
         VectorObject = "vector-object",
-        /// Displacement vector in the tangent frame of the vertex: red along the tangent, green along the bitangent, blue along the
-        /// normal.
+        /// Displacement vector in the tangent frame of the vertex: red along the tangent, green along the bitangent, blue
+        /// along the normal.
         VectorTangent = "vector-tangent",
     }
 }

@@ -1,9 +1,9 @@
 //! Fitting of texels, so that sampling returns the heights of the vertices.
 //!
-//! Bilinear sampling blends four texels, and noise differs from vertex to vertex, so a map that is merely interpolated
-//! mixes the height of each vertex with those of its neighbours. Here the texels T around the samples are moved as little as possible
-//! until sampling returns the heights: min ‖A T − h‖, and of all such T the one nearest to the interpolated T₀, within
-//! bounds. Conjugate gradients on the normal equations, started at T₀, give just that (CGLS: Paige & Saunders. LSQR.
+//! Bilinear sampling blends four texels, and noise differs from vertex to vertex, so a map that is merely interpolated mixes
+//! the height of each vertex with those of its neighbours. Here the texels T around the samples are moved as little as
+//! possible until sampling returns the heights: min ‖A T − h‖, and of all such T the one nearest to the interpolated T₀,
+//! within bounds. Conjugate gradients on the normal equations, started at T₀, give just that (CGLS: Paige & Saunders. LSQR.
 //! 1982); texels that leave the bounds are set to them and the others are solved again. Samples that share no texel are
 //! independent, so each connected group is solved by itself.
 
@@ -101,7 +101,8 @@ pub fn fit(
     Ok(UnmetSamples { dominant: count(Rank::Dominant), secondary: count(Rank::Secondary) })
 }
 
-/// Connected groups of samples, which share texels directly or through others. Groups and their members are in the order of the samples.
+/// Connected groups of samples, which share texels directly or through others. Groups and their members are in the order of
+/// the samples.
 fn groups(footprints: &[Footprint]) -> Ragged<Index> {
     let mut uses: Vec<(usize, Index)> =
         footprints.iter().zip(0..).flat_map(|(f, i)| f.weights().map(move |(texel, _)| (texel, i))).collect();
@@ -164,7 +165,8 @@ impl Group {
         Self { indices, start, equations, bounds }
     }
 
-    /// Solves for the heights of the texels. If the work shall stop, which a large group has to notice itself, the result is arbitrary.
+    /// Solves for the heights of the texels. If the work shall stop, which a large group has to notice itself, the result is
+    /// arbitrary.
     fn solve(mut self, tolerance: f64, progress: &dyn Progress) -> Vec<(usize, f64)> {
         if let [Equation { on_seam: true, height, .. }] = self.equations[..] {
             return self.indices.into_iter().map(|index| (index, height)).collect();

@@ -224,8 +224,8 @@ impl MapEntry {
 pub struct DominantUv {
     /// Rule by which the texture coordinate was chosen: criteria, the most important first.
     pub rule: String,
-    /// Ascending pairs `[v, vt]`, both counted from 1 as in OBJ: `v` samples at `vt`. Vertices that are not listed have only one
-    /// texture coordinate.
+    /// Ascending pairs `[v, vt]`, both counted from 1 as in OBJ: `v` samples at `vt`. Vertices that are not listed have only
+    /// one texture coordinate.
     pub seam_vertices: Vec<[Index; 2]>,
 }
 
@@ -254,8 +254,8 @@ pub struct NormalMapEntry {
 pub struct Carrier {
     /// Name of the OBJ file.
     pub obj: String,
-    /// Name of its material library, which has a `disp` statement if the map uses the texture coordinates of the carrier, and a
-    /// `norm` statement if there is a normal map.
+    /// Name of its material library, which has a `disp` statement if the map uses the texture coordinates of the carrier, and
+    /// a `norm` statement if there is a normal map.
     pub mtl: String,
     /// Name of the binary glTF file, which has the carrier, its sample positions as a second set of texture coordinates, the
     /// map, and the denoised surface as a morph target.
@@ -265,8 +265,8 @@ pub struct Carrier {
     pub sha256: String,
 }
 
-/// Accuracy of the written files, which are decoded and applied at λ = 1 in single precision, and compared with p − h·n (or p − δ
-/// for vectors) in double precision.
+/// Accuracy of the written files, which are decoded and applied at λ = 1 in single precision, and compared with p − h·n (or p
+/// − δ for vectors) in double precision.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// Largest distance of a vertex from its exact position, model units.
@@ -341,8 +341,8 @@ pub struct HeightsLoss {
 
 impl HeightsLoss {
     /// Returns true if a vector map is worth its three channels. Either more than half a degree is lost, which shading shows,
-    /// and more than a tenth of the rotation, so that visible noise is left; or so many normals are tilted that they do not look
-    /// like normals of the surface any more.
+    /// and more than a tenth of the rotation, so that visible noise is left; or so many normals are tilted that they do not
+    /// look like normals of the surface any more.
     pub fn is_much(&self) -> bool {
         (self.lost_deg > 0.5 && self.lost_deg > 0.1 * self.rotation_deg) || self.tilted > 0.2
     }
@@ -432,8 +432,8 @@ pub enum ManifestError {
 }
 
 impl Manifest {
-    /// Ascending pairs of the indices of a source vertex and of the texture coordinate at which it samples, counted from 0, for
-    /// the vertices that [`DominantUv`] lists.
+    /// Ascending pairs of the indices of a source vertex and of the texture coordinate at which it samples, counted from 0,
+    /// for the vertices that [`DominantUv`] lists.
     pub fn dominant_pairs(&self) -> Vec<[Index; 2]> {
         self.dominant_uv.as_ref().map(DominantUv::pairs).unwrap_or_default()
     }

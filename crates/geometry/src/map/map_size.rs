@@ -24,7 +24,8 @@ pub const LARGEST_SIDE: u32 = 4096;
 /// Distances between the texture coordinates of the vertices.
 #[derive(Clone, Debug)]
 pub struct Spacing {
-    /// Distance from each vertex with a texture coordinate to the nearest other one, ascending, in units of the texture's side.
+    /// Distance from each vertex with a texture coordinate to the nearest other one, ascending, in units of the texture's
+    /// side.
     distances: Vec<f64>,
 }
 
@@ -71,8 +72,9 @@ impl Spacing {
         let reason = if enough.is_some() { MapSizeReason::Spaced } else { MapSizeReason::Crowded };
         MapSizeChoice { side, vertices: self.distances.len(), left: self.crowded(side), reason, largest }
     }
-    /// Chooses the smallest of the sides at which fitted maps give each vertex its values (each channel #V, model units), at all
-    /// of its texture coordinates if there is such a side, else at the dominant ones; without such a side, as [`Self::choose`].
+    /// Chooses the smallest of the sides at which fitted maps give each vertex its values (each channel #V, model units), at
+    /// all of its texture coordinates if there is such a side, else at the dominant ones; without such a side, as
+    /// [`Self::choose`].
     pub fn choose_exact(
         &self,
         atlas: &Atlas,

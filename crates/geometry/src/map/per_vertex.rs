@@ -17,8 +17,8 @@ pub fn size(source_vertices: usize) -> Size {
     Size::square(side)
 }
 
-/// Writes the value of its vertex (#V, model units) to the texel of each source vertex; `vertex_of` is the vertex of each (#v).
-/// The texels after the last one get the value nearest to zero that is in the range of the others.
+/// Writes the value of its vertex (#V, model units) to the texel of each source vertex; `vertex_of` is the vertex of each
+/// (#v). The texels after the last one get the value nearest to zero that is in the range of the others.
 pub fn bake(values: &[f64], vertex_of: &[Index]) -> HeightMap {
     let size = size(vertex_of.len());
     let mut texels: Vec<f32> = vertex_of.iter().map(|&v| values[v as usize] as f32).collect();

@@ -3,9 +3,9 @@
 use crate::metrics::Triangles;
 use std::fmt::Write as _;
 
-/// Writes a binary little-endian PLY file: positions in double precision, colours (#V×3, encoded sRGB of 8 bits), and triangles.
-/// The number that a colour stands for (#V) becomes the property `quality`, as MeshLab calls it. `comment` is one line of the
-/// header.
+/// Writes a binary little-endian PLY file: positions in double precision, colours (#V×3, encoded sRGB of 8 bits), and
+/// triangles. The number that a colour stands for (#V) becomes the property `quality`, as MeshLab calls it. `comment` is one
+/// line of the header.
 ///
 /// # Panics
 /// If there is not one colour and one number for each vertex.

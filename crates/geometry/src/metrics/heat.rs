@@ -17,7 +17,8 @@ named! {
     }
 }
 
-/// Error of each vertex of a result, in the unit of the quantity; NaN at vertices whose faces have no area in the clean mesh. #V
+/// Error of each vertex of a result, in the unit of the quantity; NaN at vertices whose faces have no area in the clean mesh.
+/// #V
 pub fn heat(clean: &Triangles, result: &Triangles, quantity: Heat) -> Result<Vec<f64>, CompareError> {
     clean.check_connectivity(result)?;
     let (positions, faces) = (&clean.positions, &clean.triangles);

@@ -134,9 +134,9 @@ fn defined(libraries: &[Vec<u8>]) -> Vec<&[u8]> {
 /// Writes the material library of a carrier: the user's libraries one after the other, with `disp -mm` and `norm` statements
 /// for the maps in each material.
 ///
-/// Earlier `disp`, `norm` and `bump` statements are left out, and names of texture files are passed through `relocate`, because
-/// the carrier may be in another folder. Materials that no library defines follow in grey, and [`CARRIER_MATERIAL`] if some
-/// faces have no material.
+/// Earlier `disp`, `norm` and `bump` statements are left out, and names of texture files are passed through `relocate`,
+/// because the carrier may be in another folder. Materials that no library defines follow in grey, and [`CARRIER_MATERIAL`]
+/// if some faces have no material.
 pub fn carrier_library(
     mesh: &MeshData,
     libraries: &[Vec<u8>],

@@ -1,7 +1,7 @@
 //! Reading and writing OBJ files, where everything that planish does not change stays byte for byte.
 //!
-//! The reader keeps the bytes of the file beside its numbers. The writers ([`Obj::with_positions`], [`Obj::carrier`]) walk over
-//! the statements again and replace the tokens that changed, nothing else. Meshes from other sources are printed anew.
+//! The reader keeps the bytes of the file beside its numbers. The writers ([`Obj::with_positions`], [`Obj::carrier`]) walk
+//! over the statements again and replace the tokens that changed, nothing else. Meshes from other sources are printed anew.
 
 mod parse;
 mod print;

@@ -135,8 +135,8 @@ impl Obj {
         faces.finish(patch.finish(), v)
     }
 
-    /// Returns the file with other texture coordinates (#vt×2, v up); `corners` has the index of one for each corner (#c). They
-    /// are written before the first face, and all other `vt` lines left out, as are the `vt` indices of `l` statements.
+    /// Returns the file with other texture coordinates (#vt×2, v up); `corners` has the index of one for each corner (#c).
+    /// They are written before the first face, and all other `vt` lines left out, as are the `vt` indices of `l` statements.
     ///
     /// # Panics
     /// If there is not one index for each corner.
