@@ -125,9 +125,9 @@ fn sampling_a_texel_and_its_number_are_the_same() {
     let read = Read::new(&bake(&model, &settings(LayoutChoice::Vertex, TexelFormat::Tiff16)));
     let size = read.map.size();
     for line in 0..model.data().positions().len() as u32 {
-        use planish_geometry::map::displacement::Place;
+        use planish_geometry::map::displacement::SampleAt;
         use planish_geometry::map::per_vertex;
         let height = |place| read.map.height_at(place, Weights::Exact).to_bits();
-        assert_eq!(height(Place::Texel(line)), height(Place::Uv(per_vertex::uv(line, size))));
+        assert_eq!(height(SampleAt::Texel(line)), height(SampleAt::Uv(per_vertex::uv(line, size))));
     }
 }

@@ -3,8 +3,8 @@
 use glam::{DVec2, DVec3, Vec3};
 use planish_geometry::bake::{self, Belongings, Bundle, Goal, Names, Settings};
 use planish_geometry::denoise::{HeightField, NormalField};
-use planish_geometry::map::displace::{self, Places, ShaderVertex};
-use planish_geometry::map::displacement::{Displacement, Place, Weights};
+use planish_geometry::map::displace::{self, SamplingRule, ShaderVertex};
+use planish_geometry::map::displacement::{Displacement, SampleAt, Weights};
 use planish_geometry::map::manifest::{Layout, Manifest};
 use planish_geometry::mesh::normals;
 use planish_geometry::mesh::weld::Welding;
@@ -101,11 +101,11 @@ impl Read {
             let vertex = ShaderVertex {
                 position: (self.carrier.data().positions()[v] - origin).as_vec3(),
                 normal: self.carrier.data().normals()[corner.normal().unwrap() as usize].as_vec3(),
-                place: match self.manifest.displacement.layout {
+                sample_at: match self.manifest.displacement.layout {
                     Layout::Uv => dominant[v]
                         .or(corner.uv())
-                        .map(|vt| Place::Uv(self.carrier.data().uvs()[vt as usize].as_vec2())),
-                    Layout::Vertex => Some(Place::Texel(corner.position)),
+                        .map(|vt| SampleAt::Uv(self.carrier.data().uvs()[vt as usize].as_vec2())),
+                    Layout::Vertex => Some(SampleAt::Texel(corner.position)),
                 },
                 ..ShaderVertex::default()
             };
@@ -152,7 +152,7 @@ pub(crate) fn keeps_its_promises(model: &Model, settings: &Settings, bundle: &Bu
 /// Height that the map gives a vertex where a shader samples it.
 pub(crate) fn sampled(read: &Read) -> impl Iterator<Item = f32> + '_ {
     let pairs = read.manifest.dominant_pairs();
-    let places = Places::new(read.manifest.displacement.layout, &pairs);
-    let vertices = displace::carrier_vertices(read.carrier.data(), places, DVec3::ZERO);
-    vertices.into_iter().filter_map(|v| v.place).map(|place| read.map.height_at(place, Weights::Exact))
+    let rule = SamplingRule::new(read.manifest.displacement.layout, &pairs);
+    let vertices = displace::carrier_vertices(read.carrier.data(), rule, DVec3::ZERO);
+    vertices.into_iter().filter_map(|v| v.sample_at).map(|sample_at| read.map.height_at(sample_at, Weights::Exact))
 }

@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::input;
 use crate::words::count;
-use planish_geometry::map::layout_issues::Findings;
+use planish_geometry::map::layout_issues::LayoutIssues;
 use planish_geometry::map::map_size::{self, Spacing};
 use planish_geometry::map::{Coverage, Size};
 use planish_geometry::mesh::atlas::{AtlasError, Charts};
@@ -86,7 +86,7 @@ pub struct Layout {
     pub probe: u32,
     /// What the layout makes hard for a map of that size.
     #[serde(flatten)]
-    pub findings: Findings,
+    pub findings: LayoutIssues,
     /// Smallest side of a map that gives each vertex its height.
     pub size: u32,
     /// Why that one.
@@ -118,7 +118,7 @@ pub fn look(path: &Path, model: &Model, progress: &dyn Progress) -> Result<Info,
             let spacing = Spacing::new(&atlas);
             let choice = spacing.choose(&map_size::sides(map_size::LARGEST_SIDE));
             let coverage = Coverage::new(surface, &atlas, Size::square(PROBE), progress)?;
-            let findings = Findings::of(surface, &atlas, &spacing, &coverage);
+            let findings = LayoutIssues::of(surface, &atlas, &spacing, &coverage);
             notes.extend(findings.problems());
             Some(Layout {
                 charts: atlas.charts(surface),

@@ -80,7 +80,7 @@ impl MapFiles {
                 let reason = format!("has the normals of the map, and is not the file that {path} names");
                 Failure::at(&self.carrier(), reason)
             }
-            MeshError::NoSuchPlace { vertex, uv } => {
+            MeshError::NoSuchElement { vertex, uv } => {
                 let (v, vt) = (vertex + 1, uv + 1);
                 let reason = format!("field `dominant_uv.seam_vertices`: the mesh has no vertex {v} or no `vt` {vt}");
                 Failure::at(&self.path, reason)

@@ -24,10 +24,10 @@ pub use goal::{Goal, Ways};
 pub use layout::{Fallback, LayoutChoice};
 pub use settings::{Carriers, Lambda, LargestSide, Quanta, Settings};
 
-use crate::map::displace::Directions;
+use crate::map::displace::DisplacementDirections;
 use crate::map::displacement::MapKind;
 use crate::map::manifest::Manifest;
-use crate::map::map_size::Choice;
+use crate::map::map_size::MapSizeChoice;
 use crate::mesh::atlas::{Atlas, AtlasError};
 use crate::progress::Progress;
 use crate::source::model::Model;
@@ -77,11 +77,11 @@ pub struct Bundle {
     /// What the last file says.
     pub manifest: Manifest,
     /// Why the size was chosen; none where it was given or follows from the number of vertices.
-    pub choice: Option<Choice>,
+    pub choice: Option<MapSizeChoice>,
     /// Why the texture coordinates of the mesh were not used; none where they were, or were not asked for.
     pub fallback: Option<Fallback>,
     /// Directions that the map displaces along, for [`displace::model_vertices`].
-    pub along: Directions,
+    pub along: DisplacementDirections,
 }
 
 /// Whether [`LayoutChoice::Unwrap`] is there: the feature `unwrap`.

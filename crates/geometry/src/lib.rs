@@ -29,7 +29,7 @@
 //!
 //! let coverage = Coverage::new(surface, &atlas, Size::square(65), &Silent)?;
 //! let layout = TextureLayout { surface, atlas: &atlas, coverage: &coverage };
-//! let map = map::bake(layout, &heights, Interpolation::Barycentric, &Silent)?;
+//! let map = map::interpolate_heights(layout, &heights, Interpolation::Barycentric, &Silent)?;
 //! assert_eq!(map.texels[32 * 65 + 32], 1.0); // the texel in the middle
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -29,7 +29,7 @@ use crate::named;
 use crate::progress::{Cancelled, Parts, Progress};
 use glam::DVec3;
 use rayon::prelude::*;
-use scattered_interpolation::Scatter;
+use scattered_interpolation::ScatteredInterpolation;
 
 named! {
     /// Interpolation of the heights between vertices.
@@ -70,10 +70,10 @@ pub struct TextureLayout<'a> {
     pub coverage: &'a Coverage,
 }
 
-/// Spreads heights (#V, model units) over the texture; every texel gets one, inside charts and out.
+/// Interpolates heights (#V, model units) over the texture; every texel gets one, inside charts and out.
 ///
 /// All values lie between the lowest and the highest height.
-pub fn bake(
+pub fn interpolate_heights(
     layout: TextureLayout,
     heights: &[f64],
     interpolation: Interpolation,
@@ -86,10 +86,10 @@ pub fn bake(
         Interpolation::Barycentric => atlas.outline(surface),
         _ => (0..atlas.uvs().len() as Index).collect(),
     };
-    let scatter = Scatter::new(atlas, heights, &wedges, interpolation);
+    let interpolator = ScatteredInterpolation::new(atlas, heights, &wedges, interpolation);
     let texels = per_texel(size, 0.0, progress, || {
-        let sampler = scatter.sampler();
-        let (scatter, surface) = (&scatter, &surface);
+        let sampler = interpolator.sampler();
+        let (interpolator, surface) = (&interpolator, &surface);
         move |column, row| {
             let uv = size.uv_from_texel(column, row);
             let height = match interpolation {
@@ -98,8 +98,8 @@ pub fn bake(
                     None => sampler.linear(uv),
                 },
                 Interpolation::Natural => sampler.natural(uv),
-                Interpolation::Idw => scatter.inverse_distance(uv),
-                Interpolation::Nearest => scatter.nearest(uv),
+                Interpolation::Idw => interpolator.inverse_distance(uv),
+                Interpolation::Nearest => interpolator.nearest(uv),
             };
             height as f32
         }
@@ -117,8 +117,8 @@ pub struct Exactness {
 }
 
 impl Exactness {
-    /// Error at which the solver takes a sample as met, as a fraction of the range. Texels are in single precision whatever they
-    /// are encoded in.
+    /// Error at which the solver takes a sample as met, as a fraction of the range. Texels are in single precision whatever
+    /// they are encoded in.
     fn residual(self) -> f64 {
         self.quantum.max(f64::from(f32::EPSILON)) / 8.0
     }
@@ -136,13 +136,13 @@ pub fn fit(
     heights: &[f64],
     exactness: Exactness,
     progress: &dyn Progress,
-) -> Result<fit::Missed, Cancelled> {
+) -> Result<fit::UnmetSamples, Cancelled> {
     let mut samples = Vec::new();
     for (vertex, wedges) in (0..).zip(atlas.wedges().iter()) {
         samples.extend(wedges.iter().map(|&uv| fit::Sample {
             uv: atlas.uvs()[uv as usize].as_vec2(),
             height: heights[vertex as usize],
-            rank: if atlas.dominant(vertex) == Some(uv) { fit::Rank::Dominant } else { fit::Rank::Other },
+            rank: if atlas.dominant(vertex) == Some(uv) { fit::Rank::Dominant } else { fit::Rank::Secondary },
             on_seam: wedges.len() > 1,
         }));
     }

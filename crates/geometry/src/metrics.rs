@@ -17,7 +17,7 @@ use crate::mesh::jagged::Index;
 use distance::{Distances, TriangleTree};
 use glam::DVec3;
 use serde::Serialize;
-use triangles::{Edges, Shapes};
+use triangles::{Edges, FaceGeometry};
 
 /// Reasons why two meshes cannot be compared.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -41,7 +41,7 @@ pub enum CompareError {
     Connectivity(usize),
 }
 
-/// Errors of a mesh; the field names in JSON are those of the table's columns.
+/// Errors of a mesh; its field names in JSON are the column names of the table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
     /// Number of vertices.
@@ -112,7 +112,8 @@ pub fn compare(clean: &Triangles, result: &Triangles) -> Result<Comparison, Comp
     // From here on with the clean order of faces, whatever that of the result.
     let faces = &clean.triangles;
     let edges = Edges::of(faces);
-    let (clean_faces, result_faces) = (Shapes::of(&clean.positions, faces), Shapes::of(&result.positions, faces));
+    let (clean_faces, result_faces) =
+        (FaceGeometry::of(&clean.positions, faces), FaceGeometry::of(&result.positions, faces));
     let mean_area = mean(clean_faces.areas.iter().copied());
     let normals = NormalErrors::of(&clean_faces, &result_faces, mean_area);
     let distances = DistanceErrors::of(clean, result, &clean_faces);
@@ -159,7 +160,7 @@ struct NormalErrors {
 }
 
 impl NormalErrors {
-    fn of(clean: &Shapes, result: &Shapes, mean_area: f64) -> Self {
+    fn of(clean: &FaceGeometry, result: &FaceGeometry, mean_area: f64) -> Self {
         let measured: Vec<usize> = (0..clean.areas.len()).filter(|&f| clean.areas[f] > 1e-12 * mean_area).collect();
         let of_faces = result.angles_from(clean);
         let angles: Vec<f64> = measured.iter().map(|&f| of_faces[f]).collect();
@@ -189,7 +190,7 @@ struct DistanceErrors {
 }
 
 impl DistanceErrors {
-    fn of(clean: &Triangles, result: &Triangles, clean_faces: &Shapes) -> Self {
+    fn of(clean: &Triangles, result: &Triangles, clean_faces: &FaceGeometry) -> Self {
         let faces = &clean.triangles;
         let mut vertex_areas = vec![0.0; clean.positions.len()];
         let mut is_used = vec![false; clean.positions.len()];
@@ -228,10 +229,11 @@ fn mean(of: impl ExactSizeIterator<Item = f64>) -> f64 {
     of.sum::<f64>() / count as f64
 }
 
-/// Percentile of a sorted list by linear interpolation between order statistics, as numpy does it; NaN for an empty list.
-pub fn percentile(sorted: &[f64], share: f64) -> f64 {
+/// Percentile of an ascending list, for a fraction 0..=1, by linear interpolation between order statistics, as numpy does it;
+/// NaN for an empty list.
+pub fn percentile(sorted: &[f64], fraction: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
-    let rank = share * last as f64;
+    let rank = fraction * last as f64;
     let (low, high) = (rank.floor() as usize, rank.ceil() as usize);
     sorted[low] + (sorted[high] - sorted[low]) * (rank - low as f64)
 }

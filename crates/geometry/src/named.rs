@@ -1,4 +1,4 @@
-//! Enums whose values have names: one list from which JSON, the command line, menus and the documentation are made.
+//! Enums whose values have names. JSON, the command line, menus and the documentation are made from that one list.
 
 use thiserror::Error;
 
@@ -7,15 +7,15 @@ use thiserror::Error;
 pub struct Word {
     /// Word as JSON and the command line spell it.
     pub name: &'static str,
-    /// One line on what the word means.
+    /// Meaning of the word in one line.
     pub help: &'static str,
 }
 
-/// A closed set of named values; made by [`named!`](crate::named!).
+/// A closed set of named values, which is declared by [`named!`](crate::named!).
 pub trait Named: Copy + PartialEq + Sized + Send + Sync + 'static {
     /// All values, in the order of lists and menus.
     const VALUES: &'static [Self];
-    /// Names and meanings, in the same order as [`Named::VALUES`].
+    /// Names and meanings of all values, in the order of [`Named::VALUES`].
     const WORDS: &'static [Word];
 
     /// Name and meaning of this value.
@@ -28,23 +28,23 @@ pub trait Named: Copy + PartialEq + Sized + Send + Sync + 'static {
     }
 }
 
-/// A name that none of the values has.
+/// The name belongs to none of the values.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("`{name}` is not one of {}", list(.known))]
 pub struct UnknownName {
-    /// Name that was looked for.
+    /// Name that is unknown.
     pub name: String,
-    /// Names that there are.
+    /// Names of all values.
     pub known: &'static [Word],
 }
 
-/// Names with commas between them.
+/// Lists the names with commas between them.
 pub(crate) fn list(words: &[Word]) -> String {
     words.iter().map(|word| word.name).collect::<Vec<_>>().join(", ")
 }
 
-/// Declares an enum whose variants have names. The doc comment of a variant is also its help, so it is one line that a user
-/// understands.
+/// Declares an enum whose variants have names. The doc comment of a variant is its help text too, so it must be one line that
+/// users understand.
 ///
 /// The enum gets `ALL`, `name()`, `help()`, [`Named`], [`FromStr`](std::str::FromStr) and serde, all by the same names.
 ///
@@ -85,7 +85,7 @@ macro_rules! named {
                 $crate::named::Named::word(self).name
             }
 
-            /// One line on what this value means.
+            /// Meaning of this value in one line.
             pub fn help(self) -> &'static str {
                 $crate::named::Named::word(self).help
             }
@@ -113,7 +113,7 @@ macro_rules! named {
     };
 }
 
-/// The text of the doc comments among attributes.
+/// Joins the text of the doc comments among attributes.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! doc_text {

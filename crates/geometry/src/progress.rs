@@ -1,39 +1,39 @@
-//! How long work tells its caller where it is, and how the caller stops it.
+//! Progress of long work, and its cancellation by the caller.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// The caller asked for the work to stop.
+/// The work was stopped because the caller asked for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("interrupted")]
 pub struct Cancelled;
 
-/// Receives progress; may be called from any thread.
+/// Receiver of progress, which may be called from any thread.
 pub trait Progress: Sync {
-    /// A new stage begins. Names are short and in the reader's language: "smoothing", "rasterising".
+    /// Reports that a stage begins. Its name is short and understood by users, such as "smoothing" or "rasterising".
     fn stage(&self, name: &'static str) {
         let _ = name;
     }
-    /// Share of the stage that is done, 0..=1.
-    fn done(&self, share: f64) {
-        let _ = share;
+    /// Reports the fraction of the stage that is done, 0..=1.
+    fn done(&self, fraction: f64) {
+        let _ = fraction;
     }
-    /// Whether the work should stop.
+    /// Returns true if the work should stop.
     fn cancelled(&self) -> bool {
         false
     }
-    /// [`Cancelled`] where the work should stop.
+    /// Returns [`Cancelled`] if the work should stop.
     fn check(&self) -> Result<(), Cancelled> {
         if self.cancelled() { Err(Cancelled) } else { Ok(()) }
     }
 }
 
-/// Tells nobody and never stops.
+/// Progress that is reported to nobody, of work that is never stopped.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Silent;
 
 impl Progress for Silent {}
 
-/// Counts the parts of a stage that several threads work on.
+/// Counter of the finished parts of a stage that several threads work on.
 pub(crate) struct Parts<'a> {
     progress: &'a dyn Progress,
     total: usize,
@@ -44,7 +44,7 @@ impl<'a> Parts<'a> {
     pub(crate) fn new(progress: &'a dyn Progress, total: usize) -> Self {
         Self { progress, total, finished: AtomicUsize::new(0) }
     }
-    /// Does one part, unless the work should stop.
+    /// Does one part and reports it, unless the work should stop.
     pub(crate) fn run<T>(&self, part: impl FnOnce() -> T) -> Result<T, Cancelled> {
         self.progress.check()?;
         let out = part();

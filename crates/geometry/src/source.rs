@@ -1,6 +1,7 @@
-//! Where a mesh comes from: a file that can be given back with other numbers, or arrays.
+//! Sources of meshes: a file that can be written again with other numbers, or arrays.
 //!
-//! All that reads a mesh reads [`MeshData`]. Only what gives the user's file back asks for the format.
+//! Code that reads a mesh reads [`MeshData`], which knows no format. Only code that writes the user's file again asks for
+//! its format.
 
 mod arrays;
 pub mod materials;
@@ -16,13 +17,13 @@ use glam::{DVec3, Vec2, Vec3};
 use obj::{Obj, ObjError};
 use std::borrow::Cow;
 
-/// A mesh as it was given.
+/// A mesh as it was given: its numbers and indices, and its file if there is one.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum Source {
-    /// An OBJ file.
+    /// The mesh came as an OBJ file.
     Obj(Obj),
-    /// Arrays that are no file.
+    /// The mesh came as arrays and has no file.
     Arrays(MeshData),
 }
 
@@ -38,7 +39,7 @@ impl From<MeshData> for Source {
     }
 }
 
-/// Arrays are no file that could be given back with other numbers.
+/// The mesh was given as arrays, so there is no file that could be written with other numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the mesh was given as arrays, so there is no file to give back")]
 pub struct NoFile;
@@ -51,22 +52,22 @@ impl Source {
             Self::Arrays(data) => data,
         }
     }
-    /// The OBJ file, where the mesh came as one.
+    /// The OBJ file; `None` if the mesh did not come as one.
     pub fn as_obj(&self) -> Option<&Obj> {
         match self {
             Self::Obj(obj) => Some(obj),
             Self::Arrays(_) => None,
         }
     }
-    /// Bytes by which the mesh is recognised: those of its file. Of arrays they are the OBJ with the same numbers, so
-    /// that arrays and that file count as the same mesh.
+    /// Bytes that identify the mesh: those of its file. Arrays are printed as an OBJ, so that they and an OBJ of just these
+    /// bytes count as the same mesh.
     pub fn bytes(&self) -> Cow<'_, [u8]> {
         match self {
             Self::Obj(obj) => obj.bytes().into(),
             Self::Arrays(data) => obj::print(data).into(),
         }
     }
-    /// Names of the material libraries beside the file.
+    /// Names of the material libraries that the file refers to; empty for arrays. The format names no encoding.
     pub fn material_libraries(&self) -> &[Vec<u8>] {
         match self {
             Self::Obj(obj) => &obj.extras().material_libraries,
@@ -74,8 +75,8 @@ impl Source {
         }
     }
 
-    /// The file with other positions (#v×3, model units), and with other normals (#vn×3) where some are given. Whatever
-    /// did not change stays byte for byte.
+    /// Returns the bytes of the file with other positions (#v×3, model units) and, if given, other normals (#vn×3). All else
+    /// stays byte for byte.
     ///
     /// # Panics
     /// If there is not one position for each source vertex, or not one normal for each normal of the source.
@@ -85,7 +86,7 @@ impl Source {
             Self::Arrays(_) => Err(NoFile),
         }
     }
-    /// The mesh with other texture coordinates (#vt×2); `corners` says for each corner which one (#c).
+    /// Returns the mesh with other texture coordinates (#vt×2, v up); `corners` has the index of one for each corner (#c).
     ///
     /// # Panics
     /// If there is not one index for each corner.
@@ -95,10 +96,10 @@ impl Source {
             Self::Arrays(data) => Ok(data.with_uvs(uvs, corners).into()),
         }
     }
-    /// The mesh as the carrier of a displacement map, an OBJ file: positions (#v×3, model units), one unit normal for
-    /// each source vertex (#v×3) that every corner names, and one material library. Where texture coordinates (#v×2)
-    /// are given they take the place of those of the mesh, one for each source vertex too. Faces without a material
-    /// get [`CARRIER_MATERIAL`](crate::source::materials::CARRIER_MATERIAL).
+    /// Returns the carrier of a displacement map as an OBJ file. It has these positions (#v×3, model units), one unit normal
+    /// for each source vertex (#v×3), which all of its corners name, and one material library. Texture coordinates (#v×2), if
+    /// given, replace those of the mesh by one for each source vertex. Faces without a material get
+    /// [`CARRIER_MATERIAL`](crate::source::materials::CARRIER_MATERIAL).
     ///
     /// # Panics
     /// If a list has not one element for each source vertex.

@@ -5,7 +5,7 @@ use crate::relief::{Relief, Sense};
 use crate::scene::{Scene, SceneError};
 use glam::{DVec3, Vec3};
 use planish_geometry::map::displace::{self, ShaderVertex};
-use planish_geometry::map::displacement::{Displacement, Place};
+use planish_geometry::map::displacement::{Displacement, SampleAt};
 use planish_geometry::map::tangents::{self, Tangent};
 use planish_geometry::mesh::atlas::Atlas;
 use planish_geometry::mesh::jagged::Index;
@@ -81,7 +81,7 @@ pub fn effect(model: &Model, scene: &Scene, map: Displacement) -> Option<Relief>
         position: *position,
         normal: normal.as_vec3(),
         tangent: Tangent::default(),
-        place: atlas.dominant(v).map(|uv| Place::Uv(atlas.uvs()[uv as usize].as_vec2())),
+        sample_at: atlas.dominant(v).map(|uv| SampleAt::Uv(atlas.uvs()[uv as usize].as_vec2())),
     };
     let vertices = (0..).zip(mesh.positions.iter().zip(normals)).map(vertex).collect();
     Some(Relief::new(mesh, map, vertices, Sense::PutOn))

@@ -4,7 +4,7 @@ use crate::mesh::Mesh;
 use crate::settings::Displace;
 use glam::Vec3;
 use planish_geometry::map::displace::ShaderVertex;
-use planish_geometry::map::displacement::{Displacement, Encoding, MapKind, Place};
+use planish_geometry::map::displacement::{Displacement, Encoding, MapKind, SampleAt};
 use planish_geometry::mesh::jagged::Ragged;
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -56,7 +56,7 @@ impl Relief {
 
     /// Whether texture coordinates say where heights are.
     pub(crate) fn in_uv(&self) -> bool {
-        self.map.kind() == MapKind::Scalar && self.vertices.iter().any(|v| matches!(v.place, Some(Place::Uv(_))))
+        self.map.kind() == MapKind::Scalar && self.vertices.iter().any(|v| matches!(v.sample_at, Some(SampleAt::Uv(_))))
     }
 
     /// How far texel 1 lifts the surface over texel 0, model units.

@@ -3,8 +3,8 @@
 
 use glam::{DVec3, Vec3};
 use planish_geometry::bake::Goal;
-use planish_geometry::map::displace::{self, Places, ShaderVertex};
-use planish_geometry::map::displacement::{Displacement, Place};
+use planish_geometry::map::displace::{self, SamplingRule, ShaderVertex};
+use planish_geometry::map::displacement::{Displacement, SampleAt};
 use planish_geometry::map::manifest::{Manifest, Method};
 use planish_geometry::progress::Silent;
 use planish_geometry::source::model::Model;
@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let map = Displacement::decode(&beside(&entry.file)?, entry.map, entry.size(), entry.encoding())?;
     let carrier = Obj::parse(beside(&manifest.carrier.obj)?)?;
     let carrier = carrier.data();
-    let vertices = displace::carrier_vertices(carrier, Places::new(entry.layout, &[]), entry.origin);
+    let vertices = displace::carrier_vertices(carrier, SamplingRule::new(entry.layout, &[]), entry.origin);
     let model = Model::new(Obj::parse(beside(&manifest.source.file)?)?, manifest.welding);
     let expected = model.weld().spread(&expected(&model, &manifest)?);
     let middle = *carrier.positions().get(centre.wrapping_sub(1)).ok_or(USAGE)?;
@@ -41,8 +41,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         for corner in face {
             let line = corner.position as usize;
-            let own = corner.uv().map(|uv| Place::Uv(carrier.uvs()[uv as usize].as_vec2()));
-            let place: Vec3 = ShaderVertex { place: own, ..vertices[line] }.displaced(&map, 1.0);
+            let own = corner.uv().map(|uv| SampleAt::Uv(carrier.uvs()[uv as usize].as_vec2()));
+            let place: Vec3 = ShaderVertex { sample_at: own, ..vertices[line] }.displaced(&map, 1.0);
             writeln!(obj, "v {} {} {}", place.x, place.y, place.z)?;
             writeln!(off, "{}", 100.0 * (place.as_dvec3() + entry.origin).distance(expected[line]) / entry.scale)?;
         }

@@ -3,8 +3,8 @@
 use super::Request;
 use super::draft::Draft;
 use crate::bake::gltf::{self, Filter, GltfError};
-use crate::map::displace::{self, Places};
-use crate::map::displacement::Place;
+use crate::map::displace::{self, SamplingRule};
+use crate::map::displacement::SampleAt;
 use crate::map::manifest::{self, Layout};
 use crate::map::per_vertex;
 use crate::mesh::jagged::Index;
@@ -50,13 +50,13 @@ pub(super) fn glb(request: &Request, normals: &[Vec3], draft: &Draft) -> Result<
     let Draft { manifest, maps, carrier, .. } = draft;
     let entry = &manifest.displacement;
     let dominant = manifest.dominant_pairs();
-    let places = Places::new(entry.layout, &dominant);
-    let vertices = displace::carrier_vertices(carrier.obj.data(), places, entry.origin);
-    let uv = |place: Place| match place {
-        Place::Uv(uv) => uv,
-        Place::Texel(line) => per_vertex::uv(line, entry.size()),
+    let rule = SamplingRule::new(entry.layout, &dominant);
+    let vertices = displace::carrier_vertices(carrier.obj.data(), rule, entry.origin);
+    let uv = |sample_at: SampleAt| match sample_at {
+        SampleAt::Uv(uv) => uv,
+        SampleAt::Texel(line) => per_vertex::uv(line, entry.size()),
     };
-    let places: Vec<Option<Vec2>> = vertices.iter().map(|v| v.place.map(uv)).collect();
+    let places: Vec<Option<Vec2>> = vertices.iter().map(|v| v.sample_at.map(uv)).collect();
     let denoised = &maps.offsets.places;
     let denoised_normals = normals::vertex_normals(&model.surface().at(denoised.clone()), FaceWeight::Angle);
     // A library that cannot be understood is copied into the carrier's own all the same; here its materials are grey.

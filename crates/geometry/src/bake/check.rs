@@ -5,7 +5,7 @@ use super::report::{self, Evidence};
 use super::{BakeError, Goal};
 use crate::map::Coverage;
 use crate::map::displacement::MapKind;
-use crate::map::layout_issues::Findings;
+use crate::map::layout_issues::LayoutIssues;
 use crate::map::manifest::{Layout, Manifest, Report, UvSource};
 use crate::map::map_size::Spacing;
 use crate::mesh::atlas::AtlasError;
@@ -53,9 +53,9 @@ pub fn check(
     let findings = match (&atlas, entry.layout) {
         (Some(atlas), Layout::Uv) => {
             let coverage = Coverage::new(model.surface(), atlas, entry.size(), progress)?;
-            Findings::of(model.surface(), atlas, &Spacing::new(atlas), &coverage)
+            LayoutIssues::of(model.surface(), atlas, &Spacing::new(atlas), &coverage)
         }
-        _ => Findings { coverage: maps::share(model, entry.size()), ..Findings::default() },
+        _ => LayoutIssues { coverage: maps::share(model, entry.size()), ..LayoutIssues::default() },
     };
     progress.stage("verifying");
     let evidence = Evidence {

@@ -6,9 +6,9 @@ use super::maps::Maps;
 use super::report::{self, Evidence};
 use super::{BakeError, Bundle, Carriers, Fallback, File, LayoutChoice, Request, Ways};
 use crate::map::Texels;
-use crate::map::displace::Directions;
+use crate::map::displace::DisplacementDirections;
 use crate::map::manifest::{self, Carrier, Layout, Manifest, UvSource};
-use crate::map::map_size::{Choice, Reason};
+use crate::map::map_size::{MapSizeChoice, MapSizeReason};
 use crate::mesh::atlas::Atlas;
 use crate::source::materials;
 use crate::source::model::Model;
@@ -77,7 +77,7 @@ impl Draft {
             return None;
         }
         let (side, vertices) = (self.maps.size.width, request.model.surface().positions().len());
-        let choice = Choice { side, vertices, left, reason: Reason::AlmostExact, largest: side };
+        let choice = MapSizeChoice { side, vertices, left, reason: MapSizeReason::AlmostExact, largest: side };
         let problems = self.maps.findings.problems().into_iter().chain(self.maps.findings.crowding()).collect();
         Some(Fallback::Layout { choice, problems })
     }
@@ -105,7 +105,7 @@ impl Draft {
         files.extend(manifest.carrier.glb.as_ref().zip(glb).map(|(name, bytes)| file(name, bytes)));
         files.push(file(&format!("{}.planish.json", names.stem), manifest.to_json().into_bytes()));
         let (choice, fallback) = maps.plan.into_reasons();
-        let along = Directions { normals: ways.normals.clone(), frames: maps.frames };
+        let along = DisplacementDirections { normals: ways.normals.clone(), frames: maps.frames };
         Ok(Bundle { files, manifest, choice, fallback, along })
     }
 }

@@ -2,8 +2,8 @@
 
 use super::{BakeError, Settings};
 use crate::map::displacement;
-use crate::map::layout_issues::{self, Findings};
-use crate::map::map_size::{self, Choice, Reason, Spacing};
+use crate::map::layout_issues::{self, LayoutIssues};
+use crate::map::map_size::{self, MapSizeChoice, MapSizeReason, Spacing};
 use crate::map::{Coverage, Exactness, Size, Texels};
 use crate::mesh::atlas::Atlas;
 use crate::mesh::surface::Surface;
@@ -39,7 +39,7 @@ pub enum Fallback {
     /// They leave too little room.
     Layout {
         /// What was tried.
-        choice: Choice,
+        choice: MapSizeChoice,
         /// What is wrong, in words.
         problems: Vec<String>,
     },
@@ -55,7 +55,7 @@ impl std::fmt::Display for Fallback {
             Self::Layout { choice, problems } => {
                 write!(f, "in the texture coordinates of the mesh ")?;
                 match choice.reason {
-                    Reason::Crowded => {
+                    MapSizeReason::Crowded => {
                         let share = 100.0 * choice.left as f64 / choice.vertices.max(1) as f64;
                         write!(f, "{share:.1} % of the vertices share texels even at {}", choice.side)?;
                     }
@@ -77,7 +77,7 @@ impl std::fmt::Display for Fallback {
 /// What will be done.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Plan {
-    Uv { side: u32, choice: Option<Choice> },
+    Uv { side: u32, choice: Option<MapSizeChoice> },
     Vertex { fallback: Option<Fallback> },
 }
 
@@ -85,7 +85,7 @@ impl Plan {
     pub(super) fn is_uv(&self) -> bool {
         matches!(self, Self::Uv { .. })
     }
-    pub(super) fn into_reasons(self) -> (Option<Choice>, Option<Fallback>) {
+    pub(super) fn into_reasons(self) -> (Option<MapSizeChoice>, Option<Fallback>) {
         match self {
             Self::Uv { choice, .. } => (choice, None),
             Self::Vertex { fallback } => (None, fallback),
@@ -122,10 +122,10 @@ impl Plan {
             (None, Texels::Fitted) => spacing.choose_exact(atlas, channels, &sides, exactness, progress)?,
             (None, Texels::Interpolated) => spacing.choose(&sides),
         };
-        if must_be_exact && choice.reason != Reason::Exact {
+        if must_be_exact && choice.reason != MapSizeReason::Exact {
             let size = Size::square(choice.side.min(PROBE));
             let coverage = Coverage::new(surface, atlas, size, progress)?;
-            let findings = Findings::of(surface, atlas, spacing, &coverage);
+            let findings = LayoutIssues::of(surface, atlas, spacing, &coverage);
             let problems = findings.problems().into_iter().chain(findings.crowding()).collect();
             return Ok(Self::Vertex { fallback: Some(Fallback::Layout { choice, problems }) });
         }

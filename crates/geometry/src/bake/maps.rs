@@ -3,7 +3,7 @@
 use super::layout::Plan;
 use super::{BakeError, Request, Ways};
 use crate::map::displacement::{self, Displacement, Encoding, MapKind};
-use crate::map::layout_issues::Findings;
+use crate::map::layout_issues::LayoutIssues;
 use crate::map::map_size::{self, Spacing};
 use crate::map::normal_map::{self, TangentFrames};
 use crate::map::tangents::{self, Tangent};
@@ -62,7 +62,7 @@ pub(super) struct Maps {
     pub(super) encoding: Encoding,
     /// Before encoding.
     pub(super) channels: Vec<HeightMap>,
-    pub(super) findings: Findings,
+    pub(super) findings: LayoutIssues,
     /// The image files.
     pub(super) displacement: Vec<u8>,
     pub(super) normal_map: Option<(Vec<u8>, Size)>,
@@ -135,7 +135,7 @@ impl Frames {
 /// Texels of a displacement map.
 struct Filled {
     channels: Vec<HeightMap>,
-    findings: Findings,
+    findings: LayoutIssues,
     /// Texels that a normal map can have; none where it would have to hold several normals in one.
     for_normals: Option<Coverage>,
 }
@@ -155,13 +155,13 @@ fn at_uvs(
     let mut filled = Vec::new();
     for channel in channels {
         let layout = TextureLayout { surface, atlas, coverage: &coverage };
-        let mut map = map::bake(layout, channel, settings.interpolation, progress)?;
+        let mut map = map::interpolate_heights(layout, channel, settings.interpolation, progress)?;
         if settings.texels == Texels::Fitted {
             map::fit(&mut map, atlas, channel, exactness, progress)?;
         }
         filled.push(map);
     }
-    let findings = Findings::of(surface, atlas, spacing, &coverage);
+    let findings = LayoutIssues::of(surface, atlas, spacing, &coverage);
     // Heights have room where vertices are one texel apart; shading wants two.
     let spaced = spacing.choose(&map_size::sides(settings.largest_side.0)).side;
     if settings.side.is_none() && spaced > side {
@@ -178,7 +178,7 @@ fn at_texels(request: &Request, atlas: Option<&Atlas>, channels: &[Vec<f64>]) ->
     let channels = channels.iter().map(|channel| per_vertex::bake(channel, vertex_of)).collect();
     let coverage = share(model, per_vertex::size(vertex_of.len()));
     let for_normals = atlas.map(|atlas| room_for_normals(request, atlas)).transpose()?.flatten();
-    Ok(Filled { channels, findings: Findings { coverage, ..Findings::default() }, for_normals })
+    Ok(Filled { channels, findings: LayoutIssues { coverage, ..LayoutIssues::default() }, for_normals })
 }
 
 /// Share of the texels that belong to a source vertex where each has one.
@@ -222,7 +222,7 @@ fn room_for_normals(request: &Request, atlas: &Atlas) -> Result<Option<Coverage>
         .clamp(256.min(settings.largest_side.0), settings.largest_side.0);
     let size = Size::square(settings.side.unwrap_or(side));
     let coverage = Coverage::new(model.surface(), atlas, size, progress)?;
-    let allowed = OVERLAP * coverage.share() * size.texels() as f64;
+    let allowed = OVERLAP * coverage.covered_fraction() * size.texels() as f64;
     Ok((coverage.overlaps() as f64 <= allowed).then_some(coverage))
 }
 

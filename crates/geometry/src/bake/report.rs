@@ -2,9 +2,9 @@
 
 use super::Ways;
 use super::maps::Offsets;
-use crate::map::displace::{self, Places, ShaderVertex};
-use crate::map::displacement::{DecodeError, Displacement, Encoding, Place, TexelFormat, Weights};
-use crate::map::layout_issues::Findings;
+use crate::map::displace::{self, SamplingRule, ShaderVertex};
+use crate::map::displacement::{DecodeError, Displacement, Encoding, SampleAt, TexelFormat, Weights};
+use crate::map::layout_issues::LayoutIssues;
 use crate::map::manifest::{BitsError, Filtered, HeightsLoss, Layout, Manifest, MapErrors, OwnUvs, Report};
 use crate::map::tangents::Tangent;
 use crate::map::{HeightMap, per_vertex};
@@ -24,7 +24,7 @@ pub(super) struct Evidence<'a> {
     pub(super) frames: &'a [Tangent],
     /// Where the vertices should be, and the numbers that take them there.
     pub(super) offsets: &'a Offsets,
-    pub(super) findings: Findings,
+    pub(super) findings: LayoutIssues,
     /// Before encoding; where there are none the report keeps what it said about other numbers of bits.
     pub(super) channels: &'a [HeightMap],
     /// The image file.
@@ -160,7 +160,8 @@ impl<'a> Mesh<'a> {
         let Evidence { model, carrier, offsets, frames, .. } = *evidence;
         let entry = &manifest.displacement;
         let dominant = manifest.dominant_pairs();
-        let mut vertices = displace::carrier_vertices(carrier, Places::new(entry.layout, &dominant), entry.origin);
+        let mut vertices =
+            displace::carrier_vertices(carrier, SamplingRule::new(entry.layout, &dominant), entry.origin);
         if !frames.is_empty() {
             for (vertex, frame) in vertices.iter_mut().zip(model.weld().spread(frames)) {
                 vertex.tangent = frame;
@@ -182,9 +183,9 @@ impl<'a> Mesh<'a> {
 
     /// The same, sampled at the centres of the texels.
     fn at_texel_centres(&self, map: &Displacement) -> Self {
-        let at_centre = |vertex: &ShaderVertex| match vertex.place {
-            Some(Place::Texel(texel)) => {
-                ShaderVertex { place: Some(Place::Uv(per_vertex::uv(texel, map.size()))), ..*vertex }
+        let at_centre = |vertex: &ShaderVertex| match vertex.sample_at {
+            Some(SampleAt::Texel(texel)) => {
+                ShaderVertex { sample_at: Some(SampleAt::Uv(per_vertex::uv(texel, map.size()))), ..*vertex }
             }
             _ => *vertex,
         };
@@ -225,7 +226,9 @@ impl<'a> Mesh<'a> {
         let error = |&(v, source): &(Index, usize)| {
             let off = (0..channels.len()).map(|k| {
                 // A vertex that samples nowhere stays.
-                let sampled = self.vertices[source].place.map_or(0.0, |place| map.channel_at(k, place, Weights::Exact));
+                let sampled = self.vertices[source]
+                    .sample_at
+                    .map_or(0.0, |sample_at| map.channel_at(k, sample_at, Weights::Exact));
                 (f64::from(sampled) - channels[k][v as usize]).abs()
             });
             off.fold(0.0, f64::max)
@@ -249,12 +252,12 @@ impl<'a> Mesh<'a> {
         let mut found = OwnUvs::default();
         for same in wedges.chunk_by(|a, b| a.0 == b.0) {
             let landed = same.iter().map(|&(_, uv, source)| {
-                let place = Some(Place::Uv(carrier.uvs()[uv as usize].as_vec2()));
-                (place, ShaderVertex { place, ..self.vertices[source as usize] }.displaced(map, 1.0))
+                let sample_at = Some(SampleAt::Uv(carrier.uvs()[uv as usize].as_vec2()));
+                (sample_at, ShaderVertex { sample_at, ..self.vertices[source as usize] }.displaced(map, 1.0))
             });
             let landed: Vec<_> = landed.collect();
-            let (place, first) = landed[0];
-            if landed.iter().all(|wedge| wedge.0 == place) {
+            let (sample_at, first) = landed[0];
+            if landed.iter().all(|wedge| wedge.0 == sample_at) {
                 continue;
             }
             let gap = landed.iter().map(|wedge| wedge.1.distance(first)).fold(0.0, f32::max);

@@ -2,7 +2,7 @@
 
 use super::{BakeError, Bundle, LayoutChoice, Request, Settings, Ways};
 use crate::bake::unwrap::{Charts, UnwrapError, Unwrapped};
-use crate::map::map_size::{self, Choice, Reason, Spacing};
+use crate::map::map_size::{self, MapSizeChoice, MapSizeReason, Spacing};
 use crate::source::model::Model;
 
 impl From<UnwrapError> for BakeError {
@@ -25,7 +25,7 @@ pub(super) fn bake(request: &Request, ways: &Ways) -> Result<Bundle, BakeError> 
         let Some(Unwrapped { uvs, corners }) = charts.pack(side, progress)? else { continue };
         let laid_out = Model::new(model.source().with_uvs(&uvs, &corners)?, settings.welding);
         let spaced = Spacing::new(&laid_out.atlas()?).choose(&[side]);
-        if spaced.reason == Reason::Crowded && side != largest {
+        if spaced.reason == MapSizeReason::Crowded && side != largest {
             continue;
         }
         let at_side = Settings { layout: LayoutChoice::Uv, side: Some(side), ..settings.clone() };
@@ -33,12 +33,12 @@ pub(super) fn bake(request: &Request, ways: &Ways) -> Result<Bundle, BakeError> 
         let bundle = super::bake_layout(&laid_out, ways, Some(model))?;
         let left = bundle.manifest.report.unresolved_vertices;
         let reason = match spaced.reason {
-            _ if left == 0 => Reason::Exact,
-            Reason::Crowded => Reason::Crowded,
-            _ => Reason::AlmostExact,
+            _ if left == 0 => MapSizeReason::Exact,
+            MapSizeReason::Crowded => MapSizeReason::Crowded,
+            _ => MapSizeReason::AlmostExact,
         };
-        let left = if reason == Reason::Crowded { spaced.left } else { left };
-        let choice = settings.side.is_none().then_some(Choice { left, reason, largest, ..spaced });
+        let left = if reason == MapSizeReason::Crowded { spaced.left } else { left };
+        let choice = settings.side.is_none().then_some(MapSizeChoice { left, reason, largest, ..spaced });
         best = Some(Bundle { choice, ..bundle });
         if left == 0 {
             break;

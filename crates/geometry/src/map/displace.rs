@@ -1,7 +1,7 @@
-//! The vertex shader's Rust twin: p' = p − λ · height · n, in single precision.
+//! Displacement of vertices by a map, p' = p − λ · height · n, in single precision: the twin in Rust of the vertex shader.
 
 use crate::denoise::NormalField;
-use crate::map::displacement::{Displacement, MapKind, Place, Weights};
+use crate::map::displacement::{Displacement, MapKind, SampleAt, Weights};
 use crate::map::manifest::{self, Layout, Manifest, UvSource};
 use crate::map::tangents::{self, Tangent};
 use crate::mesh::atlas::AtlasError;
@@ -13,72 +13,71 @@ use crate::source::{MeshData, Source};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-/// Below this many diagonals from the origin coordinates keep enough digits in single precision.
+/// Distance from the origin, in diagonals of the bounds, up to which single precision has digits enough for coordinates.
 const NEAR: f64 = 8.0;
 
-/// What is subtracted from positions before they go to single precision: nothing, or the centre of the bounds where
-/// the mesh lies so far out (UTM coordinates, say) that its detail would be rounded away. Model units.
+/// Origin of positions in single precision, model units: zero, or the centre of the bounds if the mesh is so far from zero, in
+/// UTM coordinates for example, that its detail would be rounded away.
 pub fn origin([low, high]: [DVec3; 2]) -> DVec3 {
     let centre = (low + high) / 2.0;
     if centre.length() > NEAR * low.distance(high) { centre } else { DVec3::ZERO }
 }
 
-/// A vertex as a shader gets it.
+/// Attributes of a vertex that a shader reads.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ShaderVertex {
-    /// Relative to the origin, model units.
+    /// Position relative to the origin, model units.
     pub position: Vec3,
-    /// Unit, or zero where there is none.
+    /// Unit normal; zero at a vertex without one.
     pub normal: Vec3,
-    /// Only maps of [`MapKind::VectorTangent`] need it.
+    /// Tangent frame, which only maps of [`MapKind::VectorTangent`] need.
     pub tangent: Tangent,
-    /// Where it samples the map; none where no face gives it texture coordinates.
-    pub place: Option<Place>,
+    /// Position in the map that the vertex samples; `None` if no face gives it texture coordinates.
+    pub sample_at: Option<SampleAt>,
 }
 
 impl ShaderVertex {
-    /// The displaced position, relative to the origin. A vertex that samples nowhere stays.
+    /// Displaced position, relative to the origin, model units. A vertex without a sample stays.
     pub fn displaced(&self, map: &Displacement, lambda: f32) -> Vec3 {
         self.displaced_with(map, lambda, Weights::Exact)
     }
 
-    /// What the map says here, model units: the height, or the length of the vector; zero for a vertex that samples
-    /// nowhere.
+    /// Height that the map gives the vertex, or the length of its vector, model units; zero for a vertex without a sample.
     pub fn height(&self, map: &Displacement) -> f32 {
-        let Some(place) = self.place else { return 0.0 };
+        let Some(sample_at) = self.sample_at else { return 0.0 };
         match map.kind() {
-            MapKind::Scalar => map.height_at(place, Weights::Exact),
-            MapKind::VectorObject | MapKind::VectorTangent => map.vector_at(place, Weights::Exact).length(),
+            MapKind::Scalar => map.height_at(sample_at, Weights::Exact),
+            MapKind::VectorObject | MapKind::VectorTangent => map.vector_at(sample_at, Weights::Exact).length(),
         }
     }
 
-    /// The displaced position with other weights.
+    /// Displaced position, relative to the origin, with weights of the given accuracy, model units.
     pub fn displaced_with(&self, map: &Displacement, lambda: f32, weights: Weights) -> Vec3 {
-        let Some(place) = self.place else { return self.position };
+        let Some(sample_at) = self.sample_at else { return self.position };
         match map.kind() {
-            MapKind::Scalar => self.position - self.normal * (lambda * map.height_at(place, weights)),
-            MapKind::VectorObject => self.position - map.vector_at(place, weights) * lambda,
+            MapKind::Scalar => self.position - self.normal * (lambda * map.height_at(sample_at, weights)),
+            MapKind::VectorObject => self.position - map.vector_at(sample_at, weights) * lambda,
             MapKind::VectorTangent => {
                 let [t, b, n] = self.tangent.frame(self.normal);
-                let v = map.vector_at(place, weights) * lambda;
+                let v = map.vector_at(sample_at, weights) * lambda;
                 self.position - (t * v.x + b * v.y + n * v.z)
             }
         }
     }
 }
 
-/// Where source vertices sample.
+/// Rule by which source vertices sample the map.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Places<'a> {
-    /// At texture coordinates: those in this list (pairs of indices of a source vertex and of texture coordinates, ascending), or else those that
-    /// the first corner names.
+pub enum SamplingRule<'a> {
+    /// A source vertex samples at a texture coordinate: the one that it has in this list (ascending pairs of the indices of a
+    /// source vertex and of a texture coordinate), else the one of its first corner.
     Uv(&'a [[Index; 2]]),
-    /// The i-th source vertex in the i-th texel.
+    /// The i-th source vertex reads the i-th texel.
     PerVertex,
 }
 
-impl<'a> Places<'a> {
-    /// Those of a layout, of which some need the list.
+impl<'a> SamplingRule<'a> {
+    /// Rule of a layout; `dominant` is the list of [`SamplingRule::Uv`].
     pub fn new(layout: Layout, dominant: &'a [[Index; 2]]) -> Self {
         match layout {
             Layout::Uv => Self::Uv(dominant),
@@ -87,77 +86,77 @@ impl<'a> Places<'a> {
     }
 }
 
-/// Vertices of a carrier, one for each source vertex: its normal is the one its corners name.
-pub fn carrier_vertices(carrier: &MeshData, places: Places, origin: DVec3) -> Vec<ShaderVertex> {
+/// Builds the vertices of a carrier, one for each source vertex (#v), with the normals that its corners name.
+pub fn carrier_vertices(carrier: &MeshData, rule: SamplingRule, origin: DVec3) -> Vec<ShaderVertex> {
     let vertex = |p: &DVec3| ShaderVertex { position: (*p - origin).as_vec3(), ..ShaderVertex::default() };
     let mut vertices: Vec<ShaderVertex> = carrier.positions().iter().map(vertex).collect();
-    let place = |vt: Index| Place::Uv(carrier.uvs()[vt as usize].as_vec2());
+    let uv = |vt: Index| SampleAt::Uv(carrier.uvs()[vt as usize].as_vec2());
     for corner in carrier.faces().items() {
         let vertex = &mut vertices[corner.position as usize];
         if let Some(n) = corner.normal() {
             vertex.normal = carrier.normals()[n as usize].as_vec3();
         }
-        if vertex.place.is_none() {
-            vertex.place = corner.uv().map(place);
+        if vertex.sample_at.is_none() {
+            vertex.sample_at = corner.uv().map(uv);
         }
     }
-    match places {
-        Places::Uv(dominant) => {
+    match rule {
+        SamplingRule::Uv(dominant) => {
             for &[v, vt] in dominant {
-                vertices[v as usize].place = Some(place(vt));
+                vertices[v as usize].sample_at = Some(uv(vt));
             }
         }
-        Places::PerVertex => {
+        SamplingRule::PerVertex => {
             for (vertex, i) in vertices.iter_mut().zip(0..) {
-                vertex.place = Some(Place::Texel(i));
+                vertex.sample_at = Some(SampleAt::Texel(i));
             }
         }
     }
     vertices
 }
 
-/// Vertices of the mesh that was baked, one for each source vertex. Its own normals are not what it is displaced along,
-/// so normals (#v×3) are given.
-pub fn source_vertices(source: &MeshData, normals: &[Vec3], places: Places, origin: DVec3) -> Vec<ShaderVertex> {
-    let mut vertices = carrier_vertices(source, places, origin);
+/// Builds the vertices of the mesh that was baked, one for each source vertex (#v), with these unit normals (#v×3), because
+/// the map does not displace along the normals of the file.
+pub fn source_vertices(source: &MeshData, normals: &[Vec3], rule: SamplingRule, origin: DVec3) -> Vec<ShaderVertex> {
+    let mut vertices = carrier_vertices(source, rule, origin);
     for (vertex, normal) in vertices.iter_mut().zip(normals) {
         vertex.normal = *normal;
     }
     vertices
 }
 
-/// Why a mesh cannot be displaced by a map.
+/// Reasons why a mesh cannot be displaced by a map.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MeshError {
-    /// It is neither what was baked nor the carrier, byte for byte.
+    /// The mesh is neither the one that was baked nor the carrier, byte for byte.
     #[error("is neither the mesh that was baked nor its carrier, byte for byte")]
     Foreign,
-    /// The map lies in texture coordinates that the bake made.
+    /// The map uses texture coordinates that the bake made and only the carrier has.
     #[error("lacks the texture coordinates of the map, which the carrier has")]
     NeedsCarrier,
-    /// The map displaces along normals that only the carrier has, and that is not there as it was written.
-    #[error("is displaced along the normals of the carrier, which is not there as it was written")]
+    /// The map displaces along normals that only the carrier has, and the carrier is missing or has changed.
+    #[error("is displaced along the normals of the carrier, which is missing or has changed since the bake")]
     NeedsCarrierNormals,
-    /// The manifest names an element that is not there; indices from 0.
+    /// The manifest names a vertex or a texture coordinate that does not exist.
     #[error("there is no vertex {vertex} or no `vt` {uv} (counted from 0)")]
-    NoSuchPlace {
-        /// Index of the source vertex.
+    NoSuchElement {
+        /// Index of the source vertex, from 0.
         vertex: Index,
-        /// Index of the texture coordinates.
+        /// Index of the texture coordinate, from 0.
         uv: Index,
     },
-    /// The normals that the map displaces along are not there.
+    /// The mesh lacks the normals that the map displaces along.
     #[error(transparent)]
     Normals(#[from] NoFileNormals),
-    /// The texture coordinates that tangent frames need are not there.
+    /// The mesh lacks the texture coordinates that tangent frames need.
     #[error(transparent)]
     Atlas(#[from] AtlasError),
 }
 
-/// Vertices, one for each source vertex, of the carrier as it is, or of the mesh that was baked with the normals that the
-/// bake used.
+/// Builds the vertices, one for each source vertex (#v), of a carrier, or of the mesh that was baked, with the normals that
+/// the bake used.
 ///
-/// `carrier` is asked for where only the carrier has the normals that the map displaces along.
+/// `carrier` is called if `mesh` is not the carrier but only the carrier has these normals.
 pub fn baked_vertices(
     mesh: &Source,
     manifest: &Manifest,
@@ -175,63 +174,63 @@ pub fn baked_vertices(
     let dominant = manifest.dominant_pairs();
     let named = |&&[v, vt]: &&[Index; 2]| (v as usize) < data.positions().len() && (vt as usize) < data.uvs().len();
     if let Some(&[vertex, uv]) = dominant.iter().find(|pair| !named(pair)) {
-        return Err(MeshError::NoSuchPlace { vertex, uv });
+        return Err(MeshError::NoSuchElement { vertex, uv });
     }
-    let places = Places::new(manifest.displacement.layout, &dominant);
+    let rule = SamplingRule::new(manifest.displacement.layout, &dominant);
     let origin = manifest.displacement.origin;
     let needs_frames = manifest.displacement.map == MapKind::VectorTangent;
     if is_carrier && !needs_frames {
-        return Ok(carrier_vertices(data, places, origin));
+        return Ok(carrier_vertices(data, rule, origin));
     }
-    // A carrier has its vertices where welding put them.
+    // Source vertices of a carrier that were welded are at the same position.
     let welding = match manifest.welding {
         Welding::Epsilon(_) if is_carrier => Welding::Exact,
         welding => welding,
     };
     let model = Model::new(mesh.clone(), welding);
-    let of_carrier = |carrier: &MeshData| -> Vec<Vec3> {
-        let vertices = carrier_vertices(carrier, places, origin);
+    let carrier_normals = |carrier: &MeshData| -> Vec<Vec3> {
+        let vertices = carrier_vertices(carrier, rule, origin);
         model.weld().first().iter().map(|&v| vertices[v as usize].normal).collect()
     };
     let normals = if is_carrier {
-        of_carrier(data)
+        carrier_normals(data)
     } else {
         match manifest.normals {
             NormalField::Source(source) => model.displacement_normals(source)?,
             NormalField::Denoised | NormalField::Tilted => {
-                // Without it one would have to denoise once more.
+                // The alternative would be to denoise once more.
                 let carrier = carrier().filter(|carrier| manifest::sha256(carrier.bytes()) == manifest.carrier.sha256);
-                of_carrier(carrier.ok_or(MeshError::NeedsCarrierNormals)?.data())
+                carrier_normals(carrier.ok_or(MeshError::NeedsCarrierNormals)?.data())
             }
         }
     };
     let mut frames = Vec::new();
     if needs_frames {
         let atlas = model.atlas()?;
-        let of_corners = tangents::tangents(model.surface(), &atlas, &normals);
-        frames = tangents::at_vertices(model.surface(), &atlas, &normals, &of_corners);
+        let corner_frames = tangents::tangents(model.surface(), &atlas, &normals);
+        frames = tangents::at_vertices(model.surface(), &atlas, &normals, &corner_frames);
     }
-    Ok(model_vertices(&model, &Directions { normals, frames }, manifest))
+    Ok(model_vertices(&model, &DisplacementDirections { normals, frames }, manifest))
 }
 
-/// Directions that a map displaces the vertices of a surface along.
+/// Directions along which a map displaces the vertices of a surface.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Directions {
-    /// Unit normals; zero where a vertex has none. #V×3
+pub struct DisplacementDirections {
+    /// Unit normals; zero at vertices without one. #V×3
     pub normals: Vec<Vec3>,
-    /// Tangent frames, for maps of [`MapKind::VectorTangent`] only: other maps have an empty list. #V
+    /// Tangent frames (#V) for a map of [`MapKind::VectorTangent`]; empty for others.
     pub frames: Vec<Tangent>,
 }
 
-/// Vertices of the mesh that was just baked, one for each `v` line (#v), along the directions that the bake found: the
-/// same as [`baked_vertices`] finds out from its files, at a fraction of the cost.
-pub fn model_vertices(model: &Model, along: &Directions, manifest: &Manifest) -> Vec<ShaderVertex> {
+/// Builds the vertices of a mesh that was just baked, one for each source vertex (#v), with the directions of the bake. They
+/// equal those that [`baked_vertices`] finds out from the files, at a fraction of the cost.
+pub fn model_vertices(model: &Model, directions: &DisplacementDirections, manifest: &Manifest) -> Vec<ShaderVertex> {
     let dominant = manifest.dominant_pairs();
-    let places = Places::new(manifest.displacement.layout, &dominant);
-    let normals = model.weld().spread(&along.normals);
-    let mut vertices = source_vertices(model.data(), &normals, places, manifest.displacement.origin);
-    if !along.frames.is_empty() {
-        for (vertex, frame) in vertices.iter_mut().zip(model.weld().spread(&along.frames)) {
+    let rule = SamplingRule::new(manifest.displacement.layout, &dominant);
+    let normals = model.weld().spread(&directions.normals);
+    let mut vertices = source_vertices(model.data(), &normals, rule, manifest.displacement.origin);
+    if !directions.frames.is_empty() {
+        for (vertex, frame) in vertices.iter_mut().zip(model.weld().spread(&directions.frames)) {
             vertex.tangent = frame;
         }
     }

@@ -24,8 +24,8 @@ named! {
         Scalar = "scalar",
         /// Displacement vector in the axes of the model: red, green and blue are x, y and z.
         VectorObject = "vector-object",
-        /// Displacement vector in the tangent frame of the vertex: red along the tangent, green along the bitangent, blue along the
-        /// normal.
+        /// Displacement vector in the tangent frame of the vertex: red along the tangent, green along the bitangent, blue
+        /// along the normal.
         VectorTangent = "vector-tangent",
     }
 }
@@ -72,7 +72,7 @@ impl Encoding {
     }
 }
 
-/// [`Encoding::quantum`] as a share of the scale.
+/// Quantum of an encoding ([`Encoding::quantum`]) as a fraction of its scale.
 pub fn quantum(texel: TexelFormat) -> f64 {
     match texel.stored() {
         Stored::Integers(steps) => 1.0 / f64::from(steps),
@@ -81,9 +81,9 @@ pub fn quantum(texel: TexelFormat) -> f64 {
     }
 }
 
-/// Where a vertex samples its height.
+/// Position in a map that a vertex samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Place {
+pub enum SampleAt {
     /// The vertex samples at a texture coordinate, v up: bilinear between texel centres, clamped at the border.
     Uv(Vec2),
     /// The vertex reads one texel, counted row by row from the top.
@@ -153,32 +153,32 @@ impl Displacement {
         Ok(Self { size, kind, encoding, planes: file::decode(bytes, kind.planes(), size, encoding.texel)? })
     }
 
-    /// Height at a place, model units.
+    /// Height at a sample position, model units.
     ///
     /// Twin of `height_at` and `height_of` in `shaders/displace.wgsl`, operation by operation in single precision.
-    pub fn height_at(&self, place: Place, weights: Weights) -> f32 {
-        self.channel_at(0, place, weights)
+    pub fn height_at(&self, sample_at: SampleAt, weights: Weights) -> f32 {
+        self.channel_at(0, sample_at, weights)
     }
 
-    /// The three channels at a place, model units. Twin of `vector_at` and `vector_of`.
+    /// Vector of the three channels at a sample position, model units. Twin of `vector_at` and `vector_of`.
     ///
     /// # Panics
     /// If the map holds heights.
-    pub fn vector_at(&self, place: Place, weights: Weights) -> Vec3 {
-        Vec3::from_array([0, 1, 2].map(|plane| self.channel_at(plane, place, weights)))
+    pub fn vector_at(&self, sample_at: SampleAt, weights: Weights) -> Vec3 {
+        Vec3::from_array([0, 1, 2].map(|plane| self.channel_at(plane, sample_at, weights)))
     }
 
-    /// One channel at a place, model units.
-    pub fn channel_at(&self, channel: usize, place: Place, weights: Weights) -> f32 {
-        self.encoding.bias + self.encoding.scale * self.texel_at(channel, place, weights)
+    /// Value of one channel at a sample position, model units.
+    pub fn channel_at(&self, channel: usize, sample_at: SampleAt, weights: Weights) -> f32 {
+        self.encoding.bias + self.encoding.scale * self.texel_at(channel, sample_at, weights)
     }
 
-    /// The texel of one channel at a place, in 0..=1.
-    pub fn texel_at(&self, channel: usize, place: Place, weights: Weights) -> f32 {
+    /// Interpolated texel of one channel at a sample position, 0..=1.
+    pub fn texel_at(&self, channel: usize, sample_at: SampleAt, weights: Weights) -> f32 {
         let texels = &self.planes[channel];
-        match place {
-            Place::Texel(index) => texels[index as usize],
-            Place::Uv(uv) => Footprint::new(uv, self.size).with(weights).sample(texels),
+        match sample_at {
+            SampleAt::Texel(index) => texels[index as usize],
+            SampleAt::Uv(uv) => Footprint::new(uv, self.size).with(weights).sample(texels),
         }
     }
 }
@@ -243,14 +243,14 @@ mod tests {
     #[test]
     fn heights_at_texel_centres_are_the_texels_and_the_border_is_clamped() {
         let map = ramp(TexelFormat::Exr32);
-        let at = |uv: Vec2| map.height_at(Place::Uv(uv), Weights::Exact);
+        let at = |uv: Vec2| map.height_at(SampleAt::Uv(uv), Weights::Exact);
         let texels = &map.planes[0];
         let height = |texel: f32| map.encoding.bias + map.encoding.scale * texel;
         for (i, texel) in texels.iter().enumerate() {
             let uv = map.size.uv_from_texel(i % 5, i / 5).as_vec2();
-            // (i + ½)/5 is not exact in single precision: a texel's share of 1e-6 of the step to its neighbour.
+            // (i + ½)/5 is not exact in single precision: a texel gets 1e-6 of the step to its neighbour.
             assert!((at(uv) - height(*texel)).abs() < 1e-6);
-            assert_eq!(map.height_at(Place::Texel(i as Index), Weights::Exact), height(*texel));
+            assert_eq!(map.height_at(SampleAt::Texel(i as Index), Weights::Exact), height(*texel));
         }
         assert_eq!(at(Vec2::new(-3.0, 9.0)), height(texels[0]));
         assert_eq!(at(Vec2::new(1e30, -1e30)), height(texels[14]));
@@ -261,7 +261,7 @@ mod tests {
     #[test]
     fn weights_of_eight_bits_are_off_by_half_a_step() {
         let map = ramps(TexelFormat::Exr32);
-        let uv = Place::Uv(Vec2::new(0.413, 0.377));
+        let uv = SampleAt::Uv(Vec2::new(0.413, 0.377));
         let [exact, coarse] = [Weights::Exact, Weights::EightBits].map(|w| map.vector_at(uv, w));
         let gap = (exact - coarse).abs().max_element();
         // Half a 256th in each of two directions, of texels that differ by one at most.

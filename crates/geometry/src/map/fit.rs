@@ -1,9 +1,9 @@
 //! Fitting of texels, so that sampling returns the heights of the vertices.
 //!
-//! Bilinear sampling blends four texels, and noise differs from vertex to vertex, so a map that is merely interpolated
-//! gives each vertex something of its neighbours. Here the texels T around the samples are moved as little as possible
-//! until sampling returns the heights: min ‖A T − h‖, and of all such T the one nearest to the interpolated T₀, within
-//! bounds. Conjugate gradients on the normal equations, started at T₀, give just that (CGLS: Paige & Saunders. LSQR.
+//! Bilinear sampling blends four texels, and noise differs from vertex to vertex, so a map that is merely interpolated mixes
+//! the height of each vertex with those of its neighbours. Here the texels T around the samples are moved as little as
+//! possible until sampling returns the heights: min ‖A T − h‖, and of all such T the one nearest to the interpolated T₀,
+//! within bounds. Conjugate gradients on the normal equations, started at T₀, give just that (CGLS: Paige & Saunders. LSQR.
 //! 1982); texels that leave the bounds are set to them and the others are solved again. Samples that share no texel are
 //! independent, so each connected group is solved by itself.
 
@@ -35,25 +35,26 @@ pub enum Rank {
     /// The vertex is displaced by this sample.
     Dominant,
     /// The sample belongs to another wedge of the vertex; it is left out where it contradicts its neighbours.
-    Other,
+    Secondary,
 }
 
-/// How far texels may leave the range of heights, as a share of it. More of it would meet no more samples that matter,
-/// and cost precision everywhere.
+/// Distance by which texels may leave the range of the heights, as a fraction of that range. More of it would meet no more
+/// samples that matter, and cost precision everywhere.
 const HEADROOM: f64 = 0.25;
 
-/// Steps of the conjugate gradients, and how often texels may be set to their bounds. Only crowded layouts need that many;
+/// Largest number of steps of the conjugate gradients. Only crowded layouts need that many;
 /// three times the rounds changed the errors of those that were tried by less than a hundredth.
 const STEPS: usize = 150;
+/// Largest number of rounds in which texels outside the bounds are set to them.
 const ROUNDS: usize = 4;
 
 /// Numbers of samples whose error is larger than allowed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Missed {
-    /// Number of unmet samples by which vertices are displaced.
+pub struct UnmetSamples {
+    /// Number of unmet samples that displace vertices.
     pub dominant: usize,
-    /// Number of other unmet samples.
-    pub other: usize,
+    /// Number of unmet samples of the other wedges of vertices.
+    pub secondary: usize,
 }
 
 /// Fits texels (model units, row by row from the top) to the samples as far as possible.
@@ -63,12 +64,12 @@ pub fn fit(
     samples: &[Sample],
     exactness: Exactness,
     progress: &dyn Progress,
-) -> Result<Missed, Cancelled> {
+) -> Result<UnmetSamples, Cancelled> {
     progress.stage("fitting");
     let range = samples.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], s| [l.min(s.height), h.max(s.height)]);
     let span = range[1] - range[0];
     if samples.is_empty() || span <= 0.0 {
-        return Ok(Missed::default());
+        return Ok(UnmetSamples::default());
     }
     let bounds = [range[0] - HEADROOM * span, range[1] + HEADROOM * span];
     let footprints: Vec<Footprint> = samples.iter().map(|s| Footprint::new(s.uv, size)).collect();
@@ -92,15 +93,16 @@ pub fn fit(
     }
     // Texels are rounded to single precision.
     let rounding = f64::from(f32::EPSILON) * bounds[0].abs().max(bounds[1].abs());
-    let missed = |(sample, footprint): (&Sample, &Footprint)| {
+    let is_unmet = |(sample, footprint): (&Sample, &Footprint)| {
         let sampled: f64 = footprint.weights().map(|(texel, w)| w * f64::from(texels[texel])).sum();
         (sampled - sample.height).abs() > exactness.allowed() * span + rounding
     };
-    let count = |rank| samples.iter().zip(&footprints).filter(|(s, f)| s.rank == rank && missed((s, f))).count();
-    Ok(Missed { dominant: count(Rank::Dominant), other: count(Rank::Other) })
+    let count = |rank| samples.iter().zip(&footprints).filter(|(s, f)| s.rank == rank && is_unmet((s, f))).count();
+    Ok(UnmetSamples { dominant: count(Rank::Dominant), secondary: count(Rank::Secondary) })
 }
 
-/// Connected groups of samples, which share texels directly or through others. Groups and their members are in the order of the samples.
+/// Connected groups of samples, which share texels directly or through others. Groups and their members are in the order of
+/// the samples.
 fn groups(footprints: &[Footprint]) -> Ragged<Index> {
     let mut uses: Vec<(usize, Index)> =
         footprints.iter().zip(0..).flat_map(|(f, i)| f.weights().map(move |(texel, _)| (texel, i))).collect();
@@ -126,7 +128,7 @@ fn groups(footprints: &[Footprint]) -> Ragged<Index> {
 /// A connected group of samples, with its texels renumbered.
 struct Group {
     /// Index in the image of each texel, ascending.
-    places: Vec<usize>,
+    indices: Vec<usize>,
     start: Vec<f64>,
     equations: Vec<Equation>,
     bounds: [f64; 2],
@@ -150,38 +152,39 @@ impl Equation {
 impl Group {
     fn new(members: &[Index], samples: &[Sample], footprints: &[Footprint], texels: &[f32], bounds: [f64; 2]) -> Self {
         let weights = |i: &Index| footprints[*i as usize].weights();
-        let mut places: Vec<usize> = members.iter().flat_map(weights).map(|(texel, _)| texel).collect();
-        places.sort_unstable();
-        places.dedup();
+        let mut indices: Vec<usize> = members.iter().flat_map(weights).map(|(texel, _)| texel).collect();
+        indices.sort_unstable();
+        indices.dedup();
         let equation = |i: &Index| {
             let Sample { height, rank, on_seam, .. } = samples[*i as usize];
-            let local = |(texel, w): (usize, f64)| (places.partition_point(|&p| p < texel), w);
+            let local = |(texel, w): (usize, f64)| (indices.partition_point(|&p| p < texel), w);
             Equation { terms: weights(i).map(local).collect(), height, rank, on_seam }
         };
         let equations = members.iter().map(equation).collect();
-        let start = places.iter().map(|&p| f64::from(texels[p])).collect();
-        Self { places, start, equations, bounds }
+        let start = indices.iter().map(|&p| f64::from(texels[p])).collect();
+        Self { indices, start, equations, bounds }
     }
 
-    /// Solves for the heights of the texels. If the work shall stop, which a large group has to notice itself, the result is arbitrary.
+    /// Solves for the heights of the texels. If the work shall stop, which a large group has to notice itself, the result is
+    /// arbitrary.
     fn solve(mut self, tolerance: f64, progress: &dyn Progress) -> Vec<(usize, f64)> {
         if let [Equation { on_seam: true, height, .. }] = self.equations[..] {
-            return self.places.into_iter().map(|place| (place, height)).collect();
+            return self.indices.into_iter().map(|index| (index, height)).collect();
         }
         let (mut texels, mut met) = self.nearest_solution(tolerance, progress);
-        // What the shader samples comes first; the other wedges only ask not to be torn open in simple clients. Those that
-        // contradict their neighbours most go first.
-        while !met && self.equations.iter().any(|e| e.rank == Rank::Other) {
+        // The samples of the shader matter most. The other wedges only keep seams closed in simple clients, so those that
+        // contradict their neighbours most are dropped first.
+        while !met && self.equations.iter().any(|e| e.rank == Rank::Secondary) {
             self.give_up_worst(&texels, tolerance);
             (texels, met) = self.nearest_solution(tolerance, progress);
         }
-        self.places.into_iter().zip(texels).collect()
+        self.indices.into_iter().zip(texels).collect()
     }
 
     /// Drops the equations of other wedges whose error is more than half of the largest one; if none has an error, all of
     /// them, since they then keep the dominant ones from being met.
     fn give_up_worst(&mut self, texels: &[f64], tolerance: f64) {
-        let off = |e: &Equation| if e.rank == Rank::Other { (e.at(texels) - e.height).abs() } else { 0.0 };
+        let off = |e: &Equation| if e.rank == Rank::Secondary { (e.at(texels) - e.height).abs() } else { 0.0 };
         let worst = self.equations.iter().map(off).fold(0.0, f64::max);
         let kept = |e: &Equation| e.rank == Rank::Dominant || (worst > tolerance && off(e) < worst / 2.0);
         self.equations.retain(kept);
@@ -310,7 +313,7 @@ mod tests {
         let far = Sample { uv: Vec2::new(0.9, 0.1), height: 1.0, rank: Rank::Dominant, on_seam: false };
         let [low, high] = [0.0, 1.0].map(|height| Sample { uv, height, rank: Rank::Dominant, on_seam: false });
         assert!((sampled(&fitted(&[low, high, far]), uv) - 0.5).abs() < 0.02);
-        let other = Sample { rank: Rank::Other, ..high };
+        let other = Sample { rank: Rank::Secondary, ..high };
         assert!(sampled(&fitted(&[low, other, far]), uv).abs() < 2e-6);
     }
 

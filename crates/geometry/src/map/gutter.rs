@@ -41,9 +41,9 @@ fn fill(texels: &mut [Vec4], size: Size) {
         // Bilinear: of the two nearest coarse texels in each direction the near one counts three quarters.
         let [x, y] = [i % width, i / width];
         let near = [(x / 2).min(last[0]), (y / 2).min(last[1])];
-        let beside =
+        let neighbour =
             |near: usize, odd: bool, last: usize| if odd { (near + 1).min(last) } else { near.saturating_sub(1) };
-        let far = [beside(near[0], x % 2 == 1, last[0]), beside(near[1], y % 2 == 1, last[1])];
+        let far = [neighbour(near[0], x % 2 == 1, last[0]), neighbour(near[1], y % 2 == 1, last[1])];
         let at = |x: usize, y: usize| coarse[y * coarse_width + x];
         let row = |y: usize| at(near[0], y) * 0.75 + at(far[0], y) * 0.25;
         *texel += (row(near[1]) * 0.75 + row(far[1]) * 0.25) * (1.0 - texel.w);

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 /// Issues of a layout at one size of the map.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Findings {
+pub struct LayoutIssues {
     /// Fraction of the texels inside charts, 0..=1.
     pub coverage: f64,
     /// Number of vertices that sample less than two texels from another one, so that they share texels.
@@ -19,7 +19,7 @@ pub struct Findings {
     pub smallest_distance: Option<f64>,
     /// Number of vertices that sample outside [0, 1]².
     pub out_of_range_vertices: usize,
-    /// How faces lie outside [0, 1]²; `None` if no vertex does.
+    /// Kind of the faces outside [0, 1]²; `None` if no vertex lies there.
     pub out_of_range: Option<OutOfRange>,
     /// Number of texels that lie in more than one triangle, counted once for each further triangle.
     pub overlapping_texels: usize,
@@ -29,7 +29,7 @@ pub struct Findings {
     pub unmapped_vertices: usize,
 }
 
-/// How faces lie outside the unit square.
+/// Kind of a layout that leaves the unit square.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum OutOfRange {
@@ -39,13 +39,13 @@ pub enum OutOfRange {
     Wrap,
 }
 
-impl Findings {
+impl LayoutIssues {
     /// Finds the issues of a layout in a square map.
     pub fn of(surface: &Surface, atlas: &Atlas, spacing: &Spacing, coverage: &Coverage) -> Self {
         let side = coverage.size().width;
         let out_of_range_vertices = out_of_range(atlas);
         Self {
-            coverage: coverage.share(),
+            coverage: coverage.covered_fraction(),
             crowded_vertices: spacing.crowded(side),
             smallest_distance: Some(spacing.smallest(side)).filter(|d| d.is_finite()),
             out_of_range_vertices,
@@ -56,7 +56,7 @@ impl Findings {
         }
     }
 
-    /// Issues that no size of the map can mend, in words, the worst first.
+    /// Describes the issues that no size of the map can solve, the worst first.
     pub fn problems(&self) -> Vec<String> {
         let mut out = Vec::new();
         let mut add = |n: usize, text: String| {
@@ -65,39 +65,46 @@ impl Findings {
             }
         };
         let outside = match self.out_of_range {
-            Some(OutOfRange::Tiles) => "in tiles of their own (UDIM): one map has one tile",
-            _ => "where the texture repeats: the map is clamped at its border there",
+            Some(OutOfRange::Tiles) => "in other UDIM tiles: a map has one tile only",
+            _ => "where the texture repeats: a map is clamped at its border",
         };
-        let vertices = |n: usize| format!("{n} {}", if n == 1 { "vertex is" } else { "vertices are" });
-        add(self.unmapped_vertices, format!("{} without texture coordinates", vertices(self.unmapped_vertices)));
-        add(self.out_of_range_vertices, format!("{} outside [0, 1], {outside}", vertices(self.out_of_range_vertices)));
-        let mirrored = if self.mirrored_faces > 0 { " (some of them mirrored)" } else { "" };
+        let vertices_are = |n: usize| format!("{n} {}", if n == 1 { "vertex is" } else { "vertices are" });
+        add(self.unmapped_vertices, format!("{} without texture coordinates", vertices_are(self.unmapped_vertices)));
+        add(
+            self.out_of_range_vertices,
+            format!("{} outside [0, 1], {outside}", vertices_are(self.out_of_range_vertices)),
+        );
+        let mirrored = if self.mirrored_faces > 0 { " (some faces are mirrored)" } else { "" };
         let texels = self.overlapping_texels;
-        add(texels, format!("charts overlap in {texels} texels{mirrored}: faces that share texels get one height"));
+        add(
+            texels,
+            format!("charts overlap in {texels} texels{mirrored}: faces that share texels share their heights"),
+        );
         out
     }
 
-    /// Issue that a larger map may mend, in words.
+    /// Describes the issue that a larger map may solve; `None` without it.
     pub fn crowding(&self) -> Option<String> {
         let n = self.crowded_vertices;
-        let are = if n == 1 { "vertex is" } else { "vertices are" };
-        (n > 0).then(|| format!("{n} {are} less than two texels from another one"))
+        let vertices_are = if n == 1 { "vertex is" } else { "vertices are" };
+        (n > 0).then(|| format!("{n} {vertices_are} less than two texels from another one"))
     }
 }
 
 /// Number of vertices whose texture coordinate lies outside the unit square, where a map that does not repeat has no texels.
 pub fn out_of_range(atlas: &Atlas) -> usize {
-    let place = |v| atlas.dominant(v).map(|uv| atlas.uvs()[uv as usize]);
+    let dominant_uv = |v| atlas.dominant(v).map(|uv| atlas.uvs()[uv as usize]);
     let outside = |uv: &DVec2| !atlas::in_unit_square(*uv);
-    (0..atlas.wedges().len() as Index).filter_map(place).filter(outside).count()
+    (0..atlas.wedges().len() as Index).filter_map(dominant_uv).filter(outside).count()
 }
 
-/// Number of vertices all of whose faces have no texture coordinates there.
+/// Number of vertices with faces none of which gives them a texture coordinate.
 pub fn unmapped(surface: &Surface, atlas: &Atlas) -> usize {
     let vertices = 0..atlas.wedges().len() as Index;
     vertices.filter(|&v| !surface.topology().is_isolated(v) && atlas.dominant(v).is_none()).count()
 }
 
+/// Kind of the faces outside the unit square, of which there are some.
 fn kind(surface: &Surface, atlas: &Atlas) -> OutOfRange {
     let in_one_square = |corners: &[Index; 3]| {
         let uvs = corners.map(|c| atlas.at_corner(c).unwrap_or_default());
@@ -115,13 +122,13 @@ mod tests {
     use crate::mesh::shapes;
     use crate::progress::Silent;
 
-    fn found(uv: impl Fn(DVec2) -> DVec2) -> Findings {
+    fn found(uv: impl Fn(DVec2) -> DVec2) -> LayoutIssues {
         let grid = shapes::grid(8);
         let corners = 0..grid.topology().faces().items().len() as Index;
         let uvs: Vec<_> = grid.positions().iter().map(|p| uv(p.truncate())).collect();
         let atlas = Atlas::new(&grid, &uvs, corners.map(|c| Some(grid.topology().vertex(c)))).unwrap();
         let coverage = Coverage::new(&grid, &atlas, Size::square(64), &Silent).unwrap();
-        Findings::of(&grid, &atlas, &Spacing::new(&atlas), &coverage)
+        LayoutIssues::of(&grid, &atlas, &Spacing::new(&atlas), &coverage)
     }
 
     #[test]
@@ -139,7 +146,7 @@ mod tests {
 
     #[test]
     fn overlaps_mirrors_and_crowds_are_named() {
-        // Folded along the middle: the right half lies on the left one, turned over.
+        // Folded along the middle: the right half lies on the left one, mirrored.
         let folded = found(|p| DVec2::new((p.x - 0.5).abs(), p.y));
         assert_eq!(folded.mirrored_faces, 64);
         assert!(folded.problems().iter().any(|p| p.contains("overlap") && p.contains("mirrored")), "{folded:?}");

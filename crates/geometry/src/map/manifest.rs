@@ -1,12 +1,12 @@
-//! The JSON that says what a displacement map is and how to use it.
+//! The manifest: a JSON file that describes a displacement map and how to use it.
 //!
-//! Names are relative to the manifest's folder. Lengths are in model units. Every field below is written; unknown
-//! fields are passed over when reading, so that later versions may add some.
+//! File names are relative to the folder of the manifest. Lengths are in model units. Unknown fields are ignored when a
+//! manifest is read, so that later versions may add some.
 
 use crate::denoise::limits::Outcome;
 use crate::denoise::{Denoiser, Denoising, HeightResidual, NormalField, auto};
 use crate::map::displacement::{Encoding, MapKind, TexelFormat};
-use crate::map::layout_issues::Findings;
+use crate::map::layout_issues::LayoutIssues;
 use crate::map::normal_map::Convention;
 use crate::map::{Interpolation, Size, Texels};
 use crate::mesh::jagged::Index;
@@ -28,64 +28,64 @@ pub const VERSION: u64 = 1;
 /// Largest side of a map, texels.
 pub const LARGEST_SIDE: u32 = 16384;
 
-/// Largest strength either way; anything near it is a mistake, and beyond single precision would overflow.
+/// Largest absolute strength. A value near it is a mistake, and far beyond it single precision would overflow.
 const LARGEST_LAMBDA: f64 = 1e6;
 
-/// All about a baked map.
+/// Description of a baked map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
     /// Version of the format: 1.
     pub planish: u64,
-    /// The mesh that was baked.
+    /// Name and size of the mesh that was baked.
     pub source: SourceEntry,
-    /// How it was denoised.
+    /// Method by which the mesh was denoised.
     pub method: Method,
-    /// What the method `auto` measured and chose; none with other methods.
+    /// Measurements and choice of the method `auto`; `None` with other methods.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub choice: Option<auto::DenoiseChoice>,
-    /// Which source vertices count as one vertex.
+    /// Rule by which source vertices became one vertex.
     pub welding: Welding,
-    /// Where the normals that the map displaces along come from.
+    /// Source of the normals along which the map displaces.
     pub normals: NormalField,
-    /// The map.
+    /// Displacement map.
     pub displacement: MapEntry,
-    /// Where vertices sample that have several texture coordinates; only with [`Layout::Uv`].
+    /// Texture coordinates at which vertices on seams sample; only with [`Layout::Uv`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dominant_uv: Option<DominantUv>,
-    /// The normal map of the denoised surface; none where no layout can hold it.
+    /// Normal map of the denoised surface; `None` if the texture coordinates do not allow one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal_map: Option<NormalMapEntry>,
-    /// The mesh that carries the map.
+    /// Mesh that carries the map.
     pub carrier: Carrier,
-    /// How exact the map is.
+    /// Measured accuracy of the map.
     pub report: Report,
-    /// Settings for programs that add displacements, signs folded in.
+    /// Settings for programs that add displacements, with the signs that they need.
     pub clients: Clients,
 }
 
-/// The mesh that was baked.
+/// Name and size of the mesh that was baked.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SourceEntry {
-    /// Its name.
+    /// Name of the file.
     pub file: String,
-    /// SHA-256 of its bytes, hexadecimal; see [`Source::bytes`].
+    /// SHA-256 of the bytes of the mesh ([`Source::bytes`]), hexadecimal.
     pub sha256: String,
-    /// Number of source vertices: `v` lines of an OBJ.
+    /// Number of source vertices, which are the `v` lines of an OBJ.
     pub vertices: usize,
     /// Number of faces.
     pub faces: usize,
 }
 
-/// How the mesh was denoised; in JSON an object with the field `name`. Settings of a method that this version knows have to
-/// be ones that it has, in their ranges.
+/// Method by which a mesh was denoised; in JSON an object with the field `name`. The settings of a method that this version
+/// knows must exist and be in their ranges.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, try_from = "serde_json::Map<String, serde_json::Value>")]
 pub enum Method {
-    /// By this, all settings included.
+    /// The mesh was denoised by this method with these settings.
     Denoiser(Denoising),
-    /// By somebody else.
+    /// The mesh was denoised by other means; the result is in this file.
     Target(Target),
-    /// By something that this version does not know; the map can be used all the same.
+    /// The mesh was denoised by a method that this version does not know; its map can be used all the same.
     Other(serde_json::Map<String, serde_json::Value>),
 }
 
@@ -115,20 +115,20 @@ impl TryFrom<serde_json::Map<String, serde_json::Value>> for Method {
     }
 }
 
-/// Name of a mesh that was denoised by other means, in the place of the name of a method.
+/// Name that stands for the name of a method if the mesh was denoised by other means.
 const TARGET: &str = "target";
 
 /// A mesh that was denoised by other means.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Target {
     name: TargetName,
-    /// Its name.
+    /// Name of the file.
     pub file: String,
-    /// SHA-256 of its bytes, hexadecimal.
+    /// SHA-256 of the bytes of the file, hexadecimal.
     pub sha256: String,
 }
 
-/// Tells a target from a method.
+/// Field that distinguishes a target from a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum TargetName {
@@ -136,32 +136,32 @@ enum TargetName {
 }
 
 impl Target {
-    /// A mesh by its name and the SHA-256 of its bytes.
+    /// Describes a mesh by its file name and the SHA-256 of its bytes.
     pub fn new(file: String, sha256: String) -> Self {
         Self { name: TargetName::Target, file, sha256 }
     }
 }
 
 named! {
-    /// Where a vertex has its texels.
+    /// Layout of a map: the rule by which a vertex has its texels.
     #[derive(Default)]
     pub enum Layout {
-        /// At its texture coordinates.
+        /// A vertex samples the map at its texture coordinates.
         #[default]
         Uv = "uv",
-        /// The i-th source vertex in texel (i mod width, i div width), row 0 on top.
+        /// The i-th source vertex reads texel (i mod width, i div width), row 0 on top.
         Vertex = "vertex",
     }
 }
 
 named! {
-    /// Whose texture coordinates a map lies in.
+    /// Origin of the texture coordinates of a map.
     #[derive(Default)]
     pub enum UvSource {
-        /// The texture coordinates of the mesh.
+        /// The map uses the texture coordinates of the mesh.
         #[default]
         Mesh = "mesh",
-        /// New texture coordinates that the bake made; only the carrier has them.
+        /// The map uses new texture coordinates that the bake made; only the carrier has them.
         Unwrapped = "unwrapped",
     }
 }
@@ -175,261 +175,265 @@ impl UvSource {
 /// The displacement map: p' = p − λ · (bias + scale · texel) · n.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MapEntry {
-    /// The image.
+    /// Name of the image file.
     pub file: String,
-    /// Heights or vectors.
+    /// Kind of the map: heights or vectors.
     pub map: MapKind,
-    /// Where the texels of a vertex are.
+    /// Layout of the map: the rule by which a vertex has its texels.
     pub layout: Layout,
-    /// How texels between vertices were filled; only with [`Layout::Uv`].
+    /// Interpolation of the texels between vertices; only with [`Layout::Uv`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interpolation: Option<Interpolation>,
-    /// What was done to the texels that vertices sample; only with [`Layout::Uv`].
+    /// Treatment of the texels that vertices sample; only with [`Layout::Uv`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub texels: Option<Texels>,
-    /// Whose texture coordinates these are.
+    /// Origin of the texture coordinates of the map.
     #[serde(default, skip_serializing_if = "UvSource::is_mesh")]
     pub uvs: UvSource,
     /// Texels in a row.
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// Kind of file and bits of a texel.
+    /// File format and number of bits of a texel.
     #[serde(flatten)]
     pub texel: TexelFormat,
-    /// Height at texel 0; exact in single precision.
+    /// Height at texel 0, model units; exact in single precision.
     pub bias: f64,
-    /// Height at texel 1 minus bias; exact in single precision.
+    /// Height at texel 1 minus bias, model units; exact in single precision.
     pub scale: f64,
-    /// λ that was asked for; 1 is denoised, 0 is the source.
+    /// Strength λ that the bake was given: 0 is the source, 1 the denoised surface.
     pub lambda: f64,
-    /// Subtract this from positions before going to single precision; zero for meshes near the origin.
+    /// Point that is subtracted from positions before they become single precision, model units; zero for meshes near it.
     pub origin: DVec3,
 }
 
 impl MapEntry {
-    /// Of the image.
+    /// Size of the image.
     pub fn size(&self) -> Size {
         Size { width: self.width, height: self.height }
     }
-    /// Format, bias and scale.
+    /// Format, bias and scale of the map.
     pub fn encoding(&self) -> Encoding {
         Encoding { texel: self.texel, bias: self.bias as f32, scale: self.scale as f32 }
     }
 }
 
-/// All wedges of a vertex sample at one of its texture coordinates, so that they all land on the same place.
+/// Texture coordinates at which vertices on seams sample. All wedges of a vertex sample at the same one, so that they are
+/// displaced to the same position.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DominantUv {
-    /// How it was chosen: criteria in falling order of rank.
+    /// Rule by which the texture coordinate was chosen: criteria, the most important first.
     pub rule: String,
-    /// `[v, vt]`, both counted from 1 as OBJ does: `v` samples at `vt`. Ascending; vertices that are not listed have
-    /// one texture coordinate only.
+    /// Ascending pairs `[v, vt]`, both counted from 1 as in OBJ: `v` samples at `vt`. Vertices that are not listed have only
+    /// one texture coordinate.
     pub seam_vertices: Vec<[Index; 2]>,
 }
 
 impl DominantUv {
-    /// The same pairs counted from 0.
+    /// Pairs of [`Self::seam_vertices`], counted from 0.
     fn pairs(&self) -> Vec<[Index; 2]> {
         self.seam_vertices.iter().map(|pair| pair.map(|i| i - 1)).collect()
     }
 }
 
-/// The normal map.
+/// Entry of the normal map.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NormalMapEntry {
-    /// The image, 8-bit RGB, in the texture coordinates of the mesh.
+    /// Name of the image file: 8-bit RGB, in the texture coordinates of the carrier.
     pub file: String,
     /// Texels in a row.
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// Which way green points.
+    /// Direction of the green channel.
     pub convention: Convention,
 }
 
-/// The mesh that carries the map: the source with one normal for each vertex, along which the map displaces.
+/// Files of the carrier, which is the source with one normal for each vertex, along which the map displaces.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Carrier {
-    /// The mesh.
+    /// Name of the OBJ file.
     pub obj: String,
-    /// Its materials, with `disp` where its texture coordinates are those of the map, and `norm`.
+    /// Name of its material library, which has a `disp` statement if the map uses the texture coordinates of the carrier, and
+    /// a `norm` statement if there is a normal map.
     pub mtl: String,
-    /// The same mesh in binary glTF, with the places of the map as a second set of texture coordinates, the map, and
-    /// the denoised surface as a morph target.
+    /// Name of the binary glTF file, which has the carrier, its sample positions as a second set of texture coordinates, the
+    /// map, and the denoised surface as a morph target.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub glb: Option<String>,
-    /// SHA-256 of the mesh's bytes, hexadecimal.
+    /// SHA-256 of the bytes of the OBJ file, hexadecimal.
     pub sha256: String,
 }
 
-/// What the written files do, decoded again and applied at λ = 1 in single precision, against p − h·n (or p − δ) in
-/// double.
+/// Accuracy of the written files, which are decoded and applied at λ = 1 in single precision, and compared with p − h·n (or p
+/// − δ for vectors) in double precision.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report {
-    /// Largest distance of a vertex from where it should be.
+    /// Largest distance of a vertex from its exact position, model units.
     pub max_error: f64,
-    /// 99th percentile.
+    /// 99th percentile of these distances, model units.
     pub p99_error: f64,
-    /// Mean.
+    /// Mean of these distances, model units.
     pub mean_error: f64,
-    /// No vertex is farther off, whatever the rounding of who checks: `max_error` and one unit in the last place of
-    /// the largest coordinate.
+    /// Bound of the distances whatever the rounding of the program that checks them, model units: `max_error` and one unit in
+    /// the last place of the largest coordinate.
     pub error_bound: f64,
-    /// Step between two heights.
+    /// Step between two heights (quantum), model units.
     pub quantum: f64,
-    /// `max_error` in quanta; none for a flat map.
+    /// `max_error` in quanta; `None` for a flat map.
     pub max_error_quanta: Option<f64>,
-    /// `p99_error` in quanta.
+    /// `p99_error` in quanta; `None` for a flat map.
     pub p99_error_quanta: Option<f64>,
-    /// `mean_error` in quanta.
+    /// `mean_error` in quanta; `None` for a flat map.
     pub mean_error_quanta: Option<f64>,
-    /// `max_error` as a share of the range of the map, scale; none for a flat map.
+    /// `max_error` as a fraction of the range of the map, which is its scale; `None` for a flat map.
     pub max_error_range: Option<f64>,
-    /// `p99_error` as a share of the range.
+    /// `p99_error` as a fraction of the range; `None` for a flat map.
     pub p99_error_range: Option<f64>,
-    /// `mean_error` as a share of the range.
+    /// `mean_error` as a fraction of the range; `None` for a flat map.
     pub mean_error_range: Option<f64>,
-    /// Largest distance between two wedges of one vertex after displacement.
+    /// Largest distance between two wedges of one vertex after displacement, model units; 0 without cracks.
     pub seam_gap: f64,
-    /// What the map alone loses, without the rounding of positions to single precision.
+    /// Errors of the map alone, without the rounding of positions to single precision.
     pub map_errors: MapErrors,
-    /// How far off the map may be at a vertex that counts as resolved, quanta.
+    /// Largest error of the map at a vertex that counts as resolved, quanta.
     pub tolerance_quanta: f64,
-    /// Vertices that are off by more than that: the layout gives them no texels of their own.
+    /// Number of vertices with a larger error of the map, because the layout gives them no texels of their own.
     pub unresolved_vertices: usize,
-    /// The same map with weights of 8 bits, as the samplers of many GPUs have them.
+    /// Errors with weights of 8 bits, as in the samplers of many GPUs.
     pub eight_bit_weights: Filtered,
-    /// What other numbers of bits would give: 8, 16 and 32.
+    /// Errors that 8, 16 and 32 bits would give.
     pub by_bits: Vec<BitsError>,
-    /// What clients do that sample each wedge at its own texture coordinate; only with [`Layout::Uv`].
+    /// Result of clients that sample each wedge at its own texture coordinate; only with [`Layout::Uv`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub own_uvs: Option<OwnUvs>,
-    /// What the layout of the texture makes hard; only with [`Layout::Uv`].
+    /// Issues of the UV layout; only with [`Layout::Uv`].
     #[serde(flatten)]
-    pub layout: Findings,
-    /// Root mean square over the vertices of |δ − h·n|: the part of the way that heights leave out. Zero for vectors.
+    pub layout: LayoutIssues,
+    /// Root mean square over the vertices of |δ − h·n|, the part of the displacement that heights leave out, model units; zero
+    /// for vectors.
     pub left_out_rms: f64,
-    /// What heights cost in the angles of the faces; only with [`MapKind::Scalar`].
+    /// Loss of heights in the angles of the faces; only with [`MapKind::Scalar`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heights: Option<HeightsLoss>,
-    /// What limits of the method did; none without any.
+    /// Effect of the limits of the method; `None` without limits.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<Outcome>,
-    /// Vertices of faces whose normals cancel; a map of heights does not displace them.
+    /// Number of vertices without a normal, because those of their faces cancel. A height map does not displace them.
     pub vertices_without_normal: usize,
-    /// What would make the map better.
+    /// Advice on how to get a better map; `None` if there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub suggestion: Option<String>,
 }
 
-/// What a map of heights leaves out of the denoised surface.
+/// Loss of a height map: the part of the denoised surface that heights along the normals cannot express.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct HeightsLoss {
-    /// Mean angle by which denoising turns the faces, before heights are made of it, degrees.
-    pub turned_deg: f64,
-    /// Mean angle between the faces of that surface and of the one that the heights give, degrees.
+    /// Mean angle between the faces of the input and of the denoised surface, degrees.
+    #[serde(rename = "turned_deg")]
+    pub rotation_deg: f64,
+    /// Mean angle between the faces of the denoised surface and of the one that the heights give, degrees.
     pub lost_deg: f64,
-    /// Share of the vertices whose normal leans to where the vertex goes, because faces would stay turned otherwise.
-    #[serde(default)]
-    pub leaning: f64,
+    /// Fraction of the vertices whose normal is tilted towards their displacement, so that their faces come out right.
+    #[serde(default, rename = "leaning")]
+    pub tilted: f64,
 }
 
 impl HeightsLoss {
-    /// Whether a map of vectors is worth three channels: more than half a degree is lost, below which shading shows no
-    /// difference, and more than a tenth of the turn, so that a part of the noise is left that can be seen; or so many normals
-    /// lean that they are none of the surface any more.
+    /// Returns true if a vector map is worth its three channels. Either more than half a degree is lost, which shading shows,
+    /// and more than a tenth of the rotation, so that visible noise is left; or so many normals are tilted that they do not
+    /// look like normals of the surface any more.
     pub fn is_much(&self) -> bool {
-        (self.lost_deg > 0.5 && self.lost_deg > 0.1 * self.turned_deg) || self.leaning > 0.2
+        (self.lost_deg > 0.5 && self.lost_deg > 0.1 * self.rotation_deg) || self.tilted > 0.2
     }
 }
 
 impl From<HeightResidual> for HeightsLoss {
     fn from(residual: HeightResidual) -> Self {
-        Self { turned_deg: residual.rotation, lost_deg: residual.angle, leaning: residual.tilted }
+        Self { rotation_deg: residual.rotation, lost_deg: residual.angle, tilted: residual.tilted }
     }
 }
 
 impl fmt::Display for HeightsLoss {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { turned_deg, lost_deg, leaning } = self;
-        write!(f, "heights lose {lost_deg:.2}° of the {turned_deg:.2}° by which denoising turns the faces")?;
-        if *leaning > 0.0 {
-            write!(f, ", with {:.1} % of the normals leaning", 100.0 * leaning)?;
+        let Self { rotation_deg, lost_deg, tilted } = self;
+        write!(f, "heights lose {lost_deg:.2}° of the {rotation_deg:.2}° by which denoising rotates the faces")?;
+        if *tilted > 0.0 {
+            write!(f, ", with {:.1} % of the normals tilted", 100.0 * tilted)?;
         }
         if self.is_much() {
-            write!(f, ": a map of vectors loses nothing")?;
+            write!(f, ": a vector map loses nothing")?;
         }
         Ok(())
     }
 }
 
-/// Differences between the height that a vertex samples and its own; of vectors the largest of the three.
+/// Differences between the height that a vertex samples and its exact one; for a vector, the largest of its components.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MapErrors {
-    /// Largest, model units.
+    /// Largest difference, model units.
     pub max: f64,
-    /// 99th percentile, model units.
+    /// 99th percentile of the differences, model units.
     pub p99: f64,
-    /// Largest, quanta; none for a flat map.
+    /// Largest difference, quanta; `None` for a flat map.
     pub max_quanta: Option<f64>,
-    /// 99th percentile, quanta.
+    /// 99th percentile of the differences, quanta; `None` for a flat map.
     pub p99_quanta: Option<f64>,
 }
 
-/// Errors with other weights, model units.
+/// Errors of displaced vertices with weights of another accuracy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Filtered {
-    /// Largest.
+    /// Largest distance of a vertex from its exact position, model units.
     pub max_error: f64,
-    /// 99th percentile.
+    /// 99th percentile of these distances, model units.
     pub p99_error: f64,
-    /// Between two wedges of one vertex.
+    /// Largest distance between two wedges of one vertex after displacement, model units.
     pub seam_gap: f64,
 }
 
-/// The error that a number of bits gives.
+/// Error of a map with a certain number of bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BitsError {
-    /// 8 or 16 for integers, 32 for floating point.
+    /// Number of bits of a texel: 8 or 16 (integers), or 32 (floating point).
     pub bits: u32,
-    /// Largest distance of a vertex from where it should be, model units.
+    /// Largest distance of a vertex from its exact position, model units.
     pub max_error: f64,
 }
 
-/// Wedges that sample at their own texture coordinates.
+/// Displacement by clients that sample each wedge at its own texture coordinate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct OwnUvs {
-    /// Vertices with several wedges.
+    /// Number of vertices with several wedges.
     pub seam_vertices: usize,
-    /// Those of them whose wedges all land on the same place, bit for bit.
+    /// Number of vertices with several wedges that are all displaced to the same position, bit for bit.
     pub bit_equal_seam_vertices: usize,
     /// Largest distance between two wedges of one vertex after displacement, model units.
     pub seam_gap: f64,
 }
 
-/// Why bytes are not a manifest.
+/// Reasons why bytes are not a manifest.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ManifestError {
-    /// Not JSON, or fields are missing or of the wrong type; the words name line and column.
+    /// The bytes are no JSON, or fields are missing or have the wrong type; the text names line and column.
     #[error("not a planish manifest: {0}")]
     Json(String),
-    /// Another version of the format.
+    /// The manifest has another version of the format.
     #[error("the manifest has version {0}, but this planish reads version {VERSION}")]
     Version(String),
-    /// A value that makes no sense.
+    /// A field has a value that is not allowed.
     #[error("field `{field}`: {problem}")]
     Value {
         /// Path of the field.
         field: &'static str,
-        /// What is wrong.
+        /// Text on what is wrong with the value.
         problem: String,
     },
 }
 
 impl Manifest {
-    /// Pairs of source vertex and texture coordinates, counted from 0: source vertices that sample elsewhere than where
-    /// their first corner says.
+    /// Ascending pairs of the indices of a source vertex and of the texture coordinate at which it samples, counted from 0,
+    /// for the vertices that [`DominantUv`] lists.
     pub fn dominant_pairs(&self) -> Vec<[Index; 2]> {
         self.dominant_uv.as_ref().map(DominantUv::pairs).unwrap_or_default()
     }
@@ -455,35 +459,39 @@ impl Manifest {
     }
 
     fn check(&self) -> Result<(), ManifestError> {
-        let ensure = |fine: bool, field, problem: String| {
-            if fine { Ok(()) } else { Err(ManifestError::Value { field, problem }) }
+        let ensure = |is_valid: bool, field, problem: String| {
+            if is_valid { Ok(()) } else { Err(ManifestError::Value { field, problem }) }
         };
         let map = &self.displacement;
         for (side, field) in [(map.width, "displacement.width"), (map.height, "displacement.height")] {
             ensure((1..=LARGEST_SIDE).contains(&side), field, format!("{side} is not in 1..={LARGEST_SIDE}"))?;
         }
-        let single = |x: f64| x.is_finite() && (x as f32).is_finite();
-        ensure(single(map.bias), "displacement.bias", format!("{} is too large", map.bias))?;
-        ensure(single(map.scale) && map.scale >= 0.0, "displacement.scale", format!("{} is not a scale", map.scale))?;
-        let strength = map.lambda.abs() <= LARGEST_LAMBDA;
-        ensure(strength, "displacement.lambda", format!("{} is not a strength", map.lambda))?;
-        let near = map.origin.to_array().into_iter().all(single);
-        ensure(near, "displacement.origin", format!("{} is too large", map.origin))?;
-        let has_places = map.layout == Layout::Vertex || self.dominant_uv.is_some();
-        ensure(has_places, "dominant_uv", "is missing, and the layout `uv` needs it".to_owned())?;
-        let enough = map.layout == Layout::Uv || map.size().texels() >= self.source.vertices;
+        let is_single = |x: f64| x.is_finite() && (x as f32).is_finite();
+        ensure(is_single(map.bias), "displacement.bias", format!("{} is too large", map.bias))?;
+        ensure(
+            is_single(map.scale) && map.scale >= 0.0,
+            "displacement.scale",
+            format!("{} is not a scale", map.scale),
+        )?;
+        let is_strength = map.lambda.abs() <= LARGEST_LAMBDA;
+        ensure(is_strength, "displacement.lambda", format!("{} is not a strength", map.lambda))?;
+        let is_near = map.origin.to_array().into_iter().all(is_single);
+        ensure(is_near, "displacement.origin", format!("{} is too large", map.origin))?;
+        let has_sample_positions = map.layout == Layout::Vertex || self.dominant_uv.is_some();
+        ensure(has_sample_positions, "dominant_uv", "is missing, and the layout `uv` needs it".to_owned())?;
+        let has_texels = map.layout == Layout::Uv || map.size().texels() >= self.source.vertices;
         let texels = map.size().texels();
         let problem = format!("{texels} texels are too few for {} vertices", self.source.vertices);
-        ensure(enough, "displacement.width", problem)?;
+        ensure(has_texels, "displacement.width", problem)?;
         let pairs = self.dominant_uv.as_ref().map_or(&[][..], |uv| &uv.seam_vertices);
         let counted_from_one = pairs.iter().flatten().all(|&i| i > 0);
-        ensure(counted_from_one, "dominant_uv.seam_vertices", "index 0: they count from 1".to_owned())?;
+        ensure(counted_from_one, "dominant_uv.seam_vertices", "index 0: indices count from 1".to_owned())?;
         let in_mesh = |pair: &[Index; 2]| pair[0] as usize <= self.source.vertices;
         let stray = pairs.iter().find(|pair| !in_mesh(pair));
         ensure(stray.is_none(), "dominant_uv.seam_vertices", format!("{stray:?} names no vertex"))
     }
 
-    /// The JSON text: indented, but the pairs of indices on one line.
+    /// Writes the JSON text: indented, but with the pairs of indices in one line.
     pub fn to_json(&self) -> String {
         // Strings, numbers and lists cannot fail to become JSON.
         let mut value = serde_json::to_value(self).unwrap_or_default();
@@ -495,7 +503,7 @@ impl Manifest {
     }
 }
 
-/// SHA-256, hexadecimal.
+/// SHA-256 of bytes, hexadecimal.
 pub fn sha256(bytes: &[u8]) -> String {
     use sha2::Digest as _;
     sha2::Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()

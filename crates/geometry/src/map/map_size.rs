@@ -1,6 +1,6 @@
 //! Choice of the size of a map: how fine it must be for a layout, and whether the layout is too crowded for any size.
 
-use super::fit::Missed;
+use super::fit::UnmetSamples;
 use super::{Exactness, HeightMap, Size};
 use crate::mesh::atlas::Atlas;
 use crate::mesh::jagged::Index;
@@ -9,12 +9,12 @@ use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use rayon::prelude::*;
 use std::num::NonZero;
 
-/// Bilinear sampling reads two by two texels. Vertices that are not this many texels apart share some of them, and
-/// then a map cannot give each its own height.
+/// Distance in texels from which on two vertices share no texel, because bilinear sampling reads two by two of them. If they
+/// share texels, a map may be unable to give each its own height.
 pub const TEXELS_APART: f64 = 2.0;
 
 /// Fraction of the vertices that a size chosen automatically has to resolve.
-pub const RESOLVED_SHARE: f64 = 0.99;
+pub const RESOLVED_FRACTION: f64 = 0.99;
 
 /// Smallest side that is chosen automatically, texels.
 pub const SMALLEST_SIDE: u32 = 64;
@@ -24,7 +24,8 @@ pub const LARGEST_SIDE: u32 = 4096;
 /// Distances between the texture coordinates of the vertices.
 #[derive(Clone, Debug)]
 pub struct Spacing {
-    /// Distance from each vertex with a texture coordinate to the nearest other one, ascending, in units of the texture's side.
+    /// Distance from each vertex with a texture coordinate to the nearest other one, ascending, in units of the texture's
+    /// side.
     distances: Vec<f64>,
 }
 
@@ -32,17 +33,17 @@ impl Spacing {
     /// Measures the dominant uv vertices of a layout.
     pub fn new(atlas: &Atlas) -> Self {
         let vertices = 0..atlas.wedges().len() as Index;
-        let places: Vec<[f64; 2]> =
+        let uvs: Vec<[f64; 2]> =
             vertices.filter_map(|v| atlas.dominant(v)).map(|uv| atlas.uvs()[uv as usize].to_array()).collect();
-        let Ok(tree) = ImmutableKdTree::<f64, 2>::new_from_slice(&places) else {
+        let Ok(tree) = ImmutableKdTree::<f64, 2>::new_from_slice(&uvs) else {
             return Self { distances: Vec::new() };
         };
         const TWO: NonZero<usize> = NonZero::new(2).expect("two is not zero");
-        // The nearest one is the place itself, or a twin at distance zero; either way the second is the answer.
+        // The nearest one is the point itself, or another at distance zero; either way the second is the answer.
         let second = |p: &[f64; 2]| {
             tree.query(p).nearest_n::<SquaredEuclidean<f64>>(TWO).execute().get(1).map(|n| n.distance.sqrt())
         };
-        let mut distances: Vec<f64> = places.par_iter().map(|p| second(p).unwrap_or(f64::INFINITY)).collect();
+        let mut distances: Vec<f64> = uvs.par_iter().map(|p| second(p).unwrap_or(f64::INFINITY)).collect();
         distances.sort_unstable_by(f64::total_cmp);
         Self { distances }
     }
@@ -55,7 +56,7 @@ impl Spacing {
     }
     /// Returns true if so many vertices are less than one texel apart that a fit is not worth its time.
     pub(crate) fn is_hopeless(&self, side: u32) -> bool {
-        self.nearer(1.0, side) as f64 > HOPELESS_SHARE * self.distances.len() as f64
+        self.nearer(1.0, side) as f64 > HOPELESS_FRACTION * self.distances.len() as f64
     }
     /// Smallest distance in a square map, texels.
     pub fn smallest(&self, side: u32) -> f64 {
@@ -63,16 +64,17 @@ impl Spacing {
     }
     /// Chooses the smallest of the sides (ascending) at which all but 1 % of the vertices are far enough apart, or the largest
     /// one if none is enough.
-    pub fn choose(&self, sides: &[u32]) -> Choice {
-        let allowed = (self.distances.len() as f64 * (1.0 - RESOLVED_SHARE)).floor() as usize;
+    pub fn choose(&self, sides: &[u32]) -> MapSizeChoice {
+        let allowed = (self.distances.len() as f64 * (1.0 - RESOLVED_FRACTION)).floor() as usize;
         let enough = sides.iter().copied().find(|&side| self.crowded(side) <= allowed);
         let largest = sides.last().copied().unwrap_or(1);
         let side = enough.unwrap_or(largest);
-        let reason = if enough.is_some() { Reason::Spaced } else { Reason::Crowded };
-        Choice { side, vertices: self.distances.len(), left: self.crowded(side), reason, largest }
+        let reason = if enough.is_some() { MapSizeReason::Spaced } else { MapSizeReason::Crowded };
+        MapSizeChoice { side, vertices: self.distances.len(), left: self.crowded(side), reason, largest }
     }
-    /// Chooses the smallest of the sides at which fitted maps give each vertex its values (each channel #V, model units), at all
-    /// of its texture coordinates if there is such a side, else at the dominant ones; without such a side, as [`Self::choose`].
+    /// Chooses the smallest of the sides at which fitted maps give each vertex its values (each channel #V, model units), at
+    /// all of its texture coordinates if there is such a side, else at the dominant ones; without such a side, as
+    /// [`Self::choose`].
     pub fn choose_exact(
         &self,
         atlas: &Atlas,
@@ -80,40 +82,42 @@ impl Spacing {
         sides: &[u32],
         exactness: Exactness,
         progress: &dyn Progress,
-    ) -> Result<Choice, Cancelled> {
+    ) -> Result<MapSizeChoice, Cancelled> {
         let spaced = self.choose(sides);
         let (mut exact, mut left_at_spaced) = (None, None);
         for &side in sides.iter().filter(|&&side| !self.is_hopeless(side)) {
-            // What lies between the samples does not matter for whether they can be met.
+            // Texels between the samples make no difference to whether the samples can be met.
             let size = Size::square(side);
-            let mut missed = Missed::default();
+            let mut unmet = UnmetSamples::default();
             for channel in channels {
                 let mut flat = HeightMap { size, texels: vec![0.0; size.texels()] };
-                let here = super::fit(&mut flat, atlas, channel, exactness, progress)?;
-                missed.dominant = missed.dominant.max(here.dominant);
-                missed.other = missed.other.max(here.other);
+                let unmet_in_channel = super::fit(&mut flat, atlas, channel, exactness, progress)?;
+                unmet.dominant = unmet.dominant.max(unmet_in_channel.dominant);
+                unmet.secondary = unmet.secondary.max(unmet_in_channel.secondary);
             }
-            if missed.dominant == 0 {
-                let choice = Choice { side, left: 0, reason: Reason::Exact, ..spaced };
-                if missed.other == 0 {
+            if unmet.dominant == 0 {
+                let choice = MapSizeChoice { side, left: 0, reason: MapSizeReason::Exact, ..spaced };
+                if unmet.secondary == 0 {
                     return Ok(choice);
                 }
                 exact.get_or_insert(choice);
             }
             if side == spaced.side {
-                left_at_spaced = Some(missed.dominant);
+                left_at_spaced = Some(unmet.dominant);
             }
         }
         Ok(exact.unwrap_or(match left_at_spaced {
-            Some(left) if spaced.reason == Reason::Spaced => Choice { left, reason: Reason::AlmostExact, ..spaced },
+            Some(left) if spaced.reason == MapSizeReason::Spaced => {
+                MapSizeChoice { left, reason: MapSizeReason::AlmostExact, ..spaced }
+            }
             _ => spaced,
         }))
     }
 }
 
-/// Share of vertices less than one texel from another one above which no fit is tried: texels are then fewer than
-/// equations somewhere.
-const HOPELESS_SHARE: f64 = 0.1;
+/// Fraction of vertices less than one texel from another one above which no fit is tried, because somewhere there are then
+/// fewer texels than equations.
+const HOPELESS_FRACTION: f64 = 0.1;
 
 /// Powers of two from the smallest size that is chosen automatically up to a largest one.
 pub fn sides(largest: u32) -> Vec<u32> {
@@ -125,7 +129,7 @@ pub fn sides(largest: u32) -> Vec<u32> {
 
 /// A chosen size and the reason for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Choice {
+pub struct MapSizeChoice {
     /// Number of texels on a side.
     pub side: u32,
     /// Number of vertices with a texture coordinate.
@@ -133,14 +137,14 @@ pub struct Choice {
     /// Number of vertices for which the size is not enough.
     pub left: usize,
     /// Reason for the size.
-    pub reason: Reason,
+    pub reason: MapSizeReason,
     /// Largest side that was allowed, texels.
     pub largest: u32,
 }
 
 /// Reason why a size was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reason {
+pub enum MapSizeReason {
     /// It is the smallest size at which each vertex gets its height.
     Exact,
     /// It is the smallest size at which 99 % of the vertices are far enough apart; no size gives each vertex its height.
@@ -151,28 +155,30 @@ pub enum Reason {
     Crowded,
 }
 
-impl std::fmt::Display for Choice {
+impl std::fmt::Display for MapSizeChoice {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { side, vertices, left, reason, largest } = self;
         let apart = vertices - left;
         match reason {
-            Reason::Exact => write!(f, "{side} is the smallest power of two at which each vertex gets its height"),
-            Reason::AlmostExact => {
+            MapSizeReason::Exact => {
+                write!(f, "{side} is the smallest power of two at which each vertex gets its height")
+            }
+            MapSizeReason::AlmostExact => {
                 write!(
                     f,
                     "{side} gives all but {left} of {vertices} vertices their height; up to {largest} no size gives it to all"
                 )
             }
-            Reason::Spaced => {
+            MapSizeReason::Spaced => {
                 write!(
                     f,
                     "{side} is the smallest power of two at which 99 % of the vertices are two texels apart ({apart} of {vertices})"
                 )
             }
-            Reason::Crowded => {
+            MapSizeReason::Crowded => {
                 write!(
                     f,
-                    "{side} is the largest size tried, and yet only {apart} of {vertices} vertices are two texels apart: the layout is crowded"
+                    "{side} is the largest size tried, but only {apart} of {vertices} vertices are two texels apart: the layout is crowded"
                 )
             }
         }
@@ -196,7 +202,7 @@ mod tests {
     #[test]
     fn a_regular_layout_needs_two_texels_an_edge() {
         let choice = flat(100).choose(&sides(LARGEST_SIDE));
-        assert_eq!((choice.side, choice.left, choice.reason), (256, 0, Reason::Spaced));
+        assert_eq!((choice.side, choice.left, choice.reason), (256, 0, MapSizeReason::Spaced));
         assert!((flat(100).smallest(256) - 2.56).abs() < 1e-9);
     }
 
@@ -220,7 +226,7 @@ mod tests {
                 &Silent,
             )
             .unwrap();
-        assert!(choice.side > 64 && choice.reason == Reason::Exact, "{choice}");
+        assert!(choice.side > 64 && choice.reason == MapSizeReason::Exact, "{choice}");
     }
 
     #[test]
@@ -230,6 +236,6 @@ mod tests {
         let uvs: Vec<_> = grid.positions().iter().map(|p| p.truncate() * 1e-5).collect();
         let atlas = Atlas::new(&grid, &uvs, corners.map(|c| Some(grid.topology().vertex(c)))).unwrap();
         let choice = Spacing::new(&atlas).choose(&sides(LARGEST_SIDE));
-        assert_eq!((choice.side, choice.left, choice.reason), (4096, 41 * 41, Reason::Crowded));
+        assert_eq!((choice.side, choice.left, choice.reason), (4096, 41 * 41, MapSizeReason::Crowded));
     }
 }

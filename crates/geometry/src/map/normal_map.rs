@@ -67,7 +67,7 @@ pub fn bake(
     };
     let quantise = |x: f32| (x * 127.5 + 127.5).round() as u8;
     let encode = |n: &Vec3| {
-        // Averages of the gutter are shorter than one; nothing in a chart gives nothing around it.
+        // Averages of the gutter are shorter than one, and zero around a chart without normals.
         let n = n.normalize_or(Vec3::Z);
         [quantise(n.x), quantise(n.y * green), quantise(n.z)]
     };

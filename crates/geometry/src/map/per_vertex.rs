@@ -1,4 +1,4 @@
-//! The per-vertex layout: one texel for each source vertex, which is exact and needs no texture coordinates.
+//! The per-vertex layout, which has one texel for each source vertex: it is exact and needs no texture coordinates.
 //!
 //! Texel (i mod W, i div W) belongs to the i-th source vertex, with row 0 on top. W is a power of two, so that the centres
 //! of texels are exact in single precision, and there bilinear sampling returns just that texel, whatever the precision
@@ -8,17 +8,17 @@ use super::{HeightMap, Size};
 use crate::mesh::jagged::Index;
 use glam::Vec2;
 
-/// The smallest square whose side is a power of two with a texel for each `v` line.
-pub fn size(lines: usize) -> Size {
+/// Size of the smallest square with a texel for each source vertex whose side is a power of two.
+pub fn size(source_vertices: usize) -> Size {
     let mut side = 1u32;
-    while Size::square(side).texels() < lines {
+    while Size::square(side).texels() < source_vertices {
         side *= 2;
     }
     Size::square(side)
 }
 
-/// Gives each `v` line (#v) the value of its vertex (#V, model units); texels that are left over get the one nearest to zero
-/// that does not widen the range.
+/// Writes the value of its vertex (#V, model units) to the texel of each source vertex; `vertex_of` is the vertex of each
+/// (#v). The texels after the last one get the value nearest to zero that is in the range of the others.
 pub fn bake(values: &[f64], vertex_of: &[Index]) -> HeightMap {
     let size = size(vertex_of.len());
     let mut texels: Vec<f32> = vertex_of.iter().map(|&v| values[v as usize] as f32).collect();
@@ -27,16 +27,16 @@ pub fn bake(values: &[f64], vertex_of: &[Index]) -> HeightMap {
     HeightMap { size, texels }
 }
 
-/// Texture coordinate, v up, of the centre of the texel of a `v` line; exact.
-pub fn uv(line: Index, size: Size) -> Vec2 {
-    let (column, row) = (line % size.width, line / size.width);
+/// Texture coordinate (v up) of the centre of the texel of a source vertex; it is exact.
+pub fn uv(source_vertex: Index, size: Size) -> Vec2 {
+    let (column, row) = (source_vertex % size.width, source_vertex / size.width);
     size.uv_from_texel(column as usize, row as usize).as_vec2()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::map::displacement::{Displacement, Encoding, MapKind, Place, TexelFormat, Weights};
+    use crate::map::displacement::{Displacement, Encoding, MapKind, SampleAt, TexelFormat, Weights};
 
     #[test]
     fn the_side_is_the_smallest_power_of_two_that_is_enough() {
@@ -46,7 +46,7 @@ mod tests {
     }
 
     #[test]
-    fn every_way_to_sample_gives_the_same_bits() {
+    fn every_kind_of_sampling_gives_the_same_bits() {
         for lines in [1, 5, 1000, 70_000] {
             let values: Vec<f64> = (0..lines).map(|i| f64::from(i as u32).mul_add(0.37, 1.0).sin()).collect();
             let vertex_of: Vec<Index> = (0..lines as Index).collect();
@@ -54,10 +54,10 @@ mod tests {
             let size = map.size;
             let map = Displacement::encode(&[map], MapKind::Scalar, Encoding::covering(-1.0, 1.0, TexelFormat::Png16));
             for line in vertex_of {
-                let height = map.height_at(Place::Texel(line), Weights::Exact).to_bits();
+                let height = map.height_at(SampleAt::Texel(line), Weights::Exact).to_bits();
                 for weights in [Weights::Exact, Weights::EightBits] {
                     assert_eq!(
-                        map.height_at(Place::Uv(uv(line, size)), weights).to_bits(),
+                        map.height_at(SampleAt::Uv(uv(line, size)), weights).to_bits(),
                         height,
                         "{line} of {lines}"
                     );
@@ -67,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn texels_left_over_do_not_widen_the_range() {
+    fn texels_after_the_last_vertex_do_not_widen_the_range() {
         let map = bake(&[2.0, 3.0, 5.0], &[0, 1, 2, 1, 0]);
         assert_eq!(map.texels[..5], [2.0, 3.0, 5.0, 3.0, 2.0]);
         assert_eq!(map.range(), [2.0, 5.0]);

@@ -32,8 +32,8 @@ impl Coverage {
     /// Rasterises the layout of a surface. Where triangles overlap, the first one wins.
     pub fn new(surface: &Surface, atlas: &Atlas, size: Size, progress: &dyn Progress) -> Result<Self, Cancelled> {
         progress.stage("rasterising");
-        let place = |c: &Index| atlas.at_corner(*c).map(|uv| size.texel_from_uv(uv));
-        let triangle = |t: &[Index; 3]| Some([place(&t[0])?, place(&t[1])?, place(&t[2])?]);
+        let texel = |c: &Index| atlas.at_corner(*c).map(|uv| size.texel_from_uv(uv));
+        let triangle = |t: &[Index; 3]| Some([texel(&t[0])?, texel(&t[1])?, texel(&t[2])?]);
         let triangles: Vec<_> = surface.triangle_corners().par_iter().map(triangle).collect();
         Self::of_triangles(triangles, size, progress)
     }
@@ -92,7 +92,7 @@ impl Coverage {
         self.overlaps
     }
     /// Fraction of the texels that lie in charts, 0..=1.
-    pub fn share(&self) -> f64 {
+    pub fn covered_fraction(&self) -> f64 {
         let owned = self.owners.iter().filter(|&&owner| owner != Self::NOBODY).count();
         owned as f64 / self.size.texels() as f64
     }
@@ -111,15 +111,15 @@ fn rows_of(t: &[DVec2; 3], size: Size) -> std::ops::Range<usize> {
     centres(a.min(b).min(c), a.max(b).max(c), size.height)
 }
 
-/// Gives the free texels of a band to a triangle and returns how many of its texels were taken already.
+/// Assigns the free texels of a band to a triangle and returns the number of its texels that were taken already.
 fn draw(t: &[DVec2; 3], index: Index, first_row: usize, owners: &mut [Index], size: Size) -> usize {
     let side = |a: DVec2, b: DVec2, p: DVec2| orient2d(coord(a), coord(b), coord(p));
     let [a, mut b, mut c] = *t;
-    let turn = side(a, b, c);
-    if turn == 0.0 {
+    let orientation = side(a, b, c);
+    if orientation == 0.0 {
         return 0;
     }
-    if turn < 0.0 {
+    if orientation < 0.0 {
         (b, c) = (c, b);
     }
     // Clockwise on the screen now: an edge to the right is a top edge, one upwards a left edge.
@@ -178,15 +178,15 @@ mod tests {
         let triangle = [[0.5, 0.5], [2.5, 0.5], [0.5, 2.5]];
         let [a, b, c] = triangle;
         let expected = vec![(0, 0), (1, 0), (0, 1)];
-        for turned in [[a, b, c], [b, c, a], [a, c, b]] {
-            assert_eq!(owned(&coverage(&[turned], 4), 0), expected);
+        for reordered in [[a, b, c], [b, c, a], [a, c, b]] {
+            assert_eq!(owned(&coverage(&[reordered], 4), 0), expected);
         }
     }
 
     #[test]
     fn a_fan_around_a_centre_covers_each_texel_once() {
-        let rim = [[0.5, 0.5], [3.5, 0.5], [6.5, 0.5], [6.5, 3.5], [6.5, 6.5], [3.5, 6.5], [0.5, 6.5], [0.5, 3.5]];
-        let fan: Vec<_> = (0..8).map(|k| [[3.5, 3.5], rim[k], rim[(k + 1) % 8]]).collect();
+        let ring = [[0.5, 0.5], [3.5, 0.5], [6.5, 0.5], [6.5, 3.5], [6.5, 6.5], [3.5, 6.5], [0.5, 6.5], [0.5, 3.5]];
+        let fan: Vec<_> = (0..8).map(|k| [[3.5, 3.5], ring[k], ring[(k + 1) % 8]]).collect();
         let found = coverage(&fan, 8);
         let total: usize = (0..8).map(|t| owned(&found, t).len()).sum();
         // A square of six by six texels: its top and left borders are in, the others out.
@@ -204,7 +204,7 @@ mod tests {
         }
         let found = coverage(&triangles, 8);
         assert_eq!(found.overlaps(), 0);
-        assert_eq!(found.share(), 1.0);
+        assert_eq!(found.covered_fraction(), 1.0);
     }
 
     #[test]
@@ -219,7 +219,7 @@ mod tests {
     fn triangles_outside_the_image_do_no_harm() {
         let found =
             coverage(&[[[-9.0, -9.0], [1e30, -5.0], [-9.0, 1e30]], [[50.0, 50.0], [60.0, 50.0], [50.0, 60.0]]], 4);
-        assert_eq!(found.share(), 1.0);
+        assert_eq!(found.covered_fraction(), 1.0);
     }
 
     #[test]

@@ -33,13 +33,13 @@ impl HasPosition for Site {
 type Delaunay = DelaunayTriangulation<Site, (), (), (), GridHint>;
 
 /// Scattered samples with their triangulation and search tree.
-pub(super) struct Scatter {
+pub(super) struct ScatteredInterpolation {
     sites: Vec<Site>,
     tree: ImmutableKdTree<f64, 2>,
     delaunay: Delaunay,
 }
 
-impl Scatter {
+impl ScatteredInterpolation {
     /// Takes the heights (#V) of the vertices behind the given uv vertices. Where several vertices share a uv vertex
     /// the first one wins.
     pub(super) fn new(atlas: &Atlas, heights: &[f64], uv_vertices: &[Index], interpolation: Interpolation) -> Self {
@@ -65,7 +65,7 @@ impl Scatter {
 
     /// Makes a sampler with buffers of its own; each thread needs one.
     pub(super) fn sampler(&self) -> Sampler<'_> {
-        Sampler { scatter: self, natural: self.delaunay.natural_neighbor(), last: Cell::new(Last::Nowhere) }
+        Sampler { interpolation: self, natural: self.delaunay.natural_neighbor(), last: Cell::new(Last::Nowhere) }
     }
 
     /// Height of the nearest sample; 0 without any samples.
@@ -96,12 +96,12 @@ impl Scatter {
     }
 }
 
-/// Interpolates within one [`Scatter`]; successive queries near each other are the fastest.
+/// Interpolates within one [`ScatteredInterpolation`]; successive queries near each other are the fastest.
 pub(super) struct Sampler<'a> {
-    scatter: &'a Scatter,
+    interpolation: &'a ScatteredInterpolation,
     natural: NaturalNeighbor<'a, Delaunay>,
-    /// Where the last place was found, tried first. Each answer depends on its place alone: an interior point of a
-    /// triangle, or of the strip outside a hull edge, is in no other.
+    /// Triangle or hull edge of the last query, which is tried first. An answer depends on its query alone: an interior point
+    /// of a triangle, or of the strip outside a hull edge, is in no other.
     last: Cell<Last>,
 }
 
@@ -115,7 +115,7 @@ enum Last {
 impl Sampler<'_> {
     /// Linear interpolation on the Delaunay triangulation, constant away from its hull.
     pub(super) fn linear(&self, uv: DVec2) -> f64 {
-        let delaunay = &self.scatter.delaunay;
+        let delaunay = &self.interpolation.delaunay;
         match self.last.get() {
             Last::Inside(face) => {
                 let weights = self.weights(face, uv);
@@ -124,8 +124,8 @@ impl Sampler<'_> {
                 }
             }
             Last::Outside(edge) => {
-                let (along, height) = self.beside(edge, uv);
-                if along.is_some() {
+                let (projection, height) = self.project_to_hull(edge, uv);
+                if projection.is_some() {
                     return height;
                 }
             }
@@ -140,7 +140,7 @@ impl Sampler<'_> {
             PositionInTriangulation::OnEdge(edge) => self.on_edge(edge, uv).1,
             PositionInTriangulation::OutsideOfConvexHull(seen) => self.outside(seen, uv),
             // Fewer than three samples, or all on a line.
-            PositionInTriangulation::NoTriangulation => self.scatter.nearest(uv),
+            PositionInTriangulation::NoTriangulation => self.interpolation.nearest(uv),
         }
     }
     /// Natural neighbour interpolation (Sibson), constant away from the hull.
@@ -149,15 +149,15 @@ impl Sampler<'_> {
         height.unwrap_or_else(|| self.linear(uv))
     }
     fn weights(&self, face: FixedFaceHandle<InnerTag>, uv: DVec2) -> [f64; 3] {
-        self.scatter.delaunay.face(face).barycentric_interpolation(Point2::new(uv.x, uv.y))
+        self.interpolation.delaunay.face(face).barycentric_interpolation(Point2::new(uv.x, uv.y))
     }
     fn in_face(&self, face: FixedFaceHandle<InnerTag>, weights: [f64; 3]) -> f64 {
-        let heights = self.scatter.delaunay.face(face).vertices().map(|v| v.data().height);
+        let heights = self.interpolation.delaunay.face(face).vertices().map(|v| v.data().height);
         heights.iter().zip(weights).map(|(h, w)| h * w).sum()
     }
     /// Height at the point of the hull nearest to a point outside, given an edge that is visible from there.
     fn outside(&self, seen: FixedDirectedEdgeHandle, uv: DVec2) -> f64 {
-        let delaunay = &self.scatter.delaunay;
+        let delaunay = &self.interpolation.delaunay;
         // The hull is convex, so the distance falls along it towards the nearest edge and rises behind.
         let (mut edge, mut best) = (seen, self.on_edge(seen, uv));
         for forwards in [true, false] {
@@ -177,22 +177,22 @@ impl Sampler<'_> {
     /// Squared distance to an edge, and the height at the nearest point of it.
     fn on_edge(&self, edge: FixedDirectedEdgeHandle, uv: DVec2) -> (f64, f64) {
         let [a, b] = self.ends(edge);
-        let along = b.uv - a.uv;
-        let t = ((uv - a.uv).dot(along) / along.length_squared()).clamp(0.0, 1.0);
-        ((a.uv + along * t).distance_squared(uv), a.height + (b.height - a.height) * t)
+        let direction = b.uv - a.uv;
+        let t = ((uv - a.uv).dot(direction) / direction.length_squared()).clamp(0.0, 1.0);
+        ((a.uv + direction * t).distance_squared(uv), a.height + (b.height - a.height) * t)
     }
-    /// The foot of a place on a hull edge where it lies well between the ends and the place well outside, and the
-    /// height there.
-    fn beside(&self, edge: FixedDirectedEdgeHandle, uv: DVec2) -> (Option<f64>, f64) {
+    /// Parameter of the projection of a point onto a hull edge, and the height there; `None` unless the projection is well
+    /// between the ends and the point well outside the hull.
+    fn project_to_hull(&self, edge: FixedDirectedEdgeHandle, uv: DVec2) -> (Option<f64>, f64) {
         let [a, b] = self.ends(edge);
-        let along = b.uv - a.uv;
-        let t = (uv - a.uv).dot(along) / along.length_squared();
+        let direction = b.uv - a.uv;
+        let t = (uv - a.uv).dot(direction) / direction.length_squared();
         // The outer face is on the left of a hull edge.
-        let outside = along.perp_dot(uv - a.uv) > 1e-9 * along.length_squared();
+        let outside = direction.perp_dot(uv - a.uv) > 1e-9 * direction.length_squared();
         ((outside && 1e-9 < t && t < 1.0 - 1e-9).then_some(t), a.height + (b.height - a.height) * t)
     }
     fn ends(&self, edge: FixedDirectedEdgeHandle) -> [Site; 2] {
-        self.scatter.delaunay.directed_edge(edge).vertices().map(|v| *v.data())
+        self.interpolation.delaunay.directed_edge(edge).vertices().map(|v| *v.data())
     }
 }
 
@@ -216,7 +216,7 @@ struct GridHint {
 impl GridHint {
     fn cell(&self, p: Point2<f64>) -> [usize; 2] {
         let at = (DVec2::new(p.x, p.y) - self.low) * self.cells_per_unit;
-        // Saturating, so that places outside get the hint at the border.
+        // `as` saturates, so that points outside get the hint at the border.
         [at.x, at.y].map(|x| (x as usize).min(self.side - 1))
     }
 }
@@ -252,7 +252,7 @@ impl HintGenerator<f64> for GridHint {
             let [x, y] = hint.cell(p);
             hint.nearest[y * side + x] = vertex;
         }
-        // Empty cells take over what lies beside them in their row, empty rows the row before.
+        // Empty cells get the vertex of a neighbour in their row, empty rows those of the row before.
         let mut last_row = vec![0; side];
         for row in hint.nearest.chunks_mut(side.max(1)) {
             match row.iter().copied().find(|&vertex| vertex != EMPTY) {

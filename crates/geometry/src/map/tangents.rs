@@ -1,9 +1,8 @@
 //! MikkTSpace tangent frames (Mikkelsen 2008), block by block on all threads.
 //!
-//! The frame of a corner depends on the triangles around its vertex alone, and is a sum over them in their order. So a
-//! block of triangles together with all that touch it gives the very bits that the whole mesh gives. (Only a triangle
-//! without area in the texture takes over the orientation of whatever neighbour comes first, which a block may see
-//! differently.)
+//! The frame of a corner is a sum over the triangles around its vertex, in their order. A block of triangles together with all
+//! its vertex neighbours therefore gives the same bits as the whole mesh. (The exception is a triangle without area in the
+//! texture: it takes the orientation of its first neighbour, which may be another one in a block.)
 
 use crate::mesh::atlas::Atlas;
 use crate::mesh::jagged::{Index, Ragged};
@@ -12,27 +11,29 @@ use bevy_mikktspace::{Geometry, TangentSpace};
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
-/// Triangles of a block, about; few enough to stay in a core's cache.
+/// Approximate number of triangles of a block, which fit into the cache of a core.
 const BLOCK: usize = 16_384;
 
-/// Tangent at a corner and the side on which the bitangent lies.
+/// Tangent at a corner, and the sign that gives its bitangent.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tangent {
-    /// Unit, along increasing u.
+    /// Unit tangent, along increasing u.
     pub tangent: Vec3,
-    /// 1 or −1: the bitangent is sign · n × t, along increasing v (up).
+    /// Sign of the bitangent sign · n × t, which is along increasing v (up): 1 or −1.
     pub sign: f32,
 }
 
 impl Tangent {
-    /// Tangent, bitangent and normal.
+    /// Tangent, bitangent and normal of the frame at a unit normal.
     pub fn frame(self, normal: Vec3) -> [Vec3; 3] {
         [self.tangent, normal.cross(self.tangent) * self.sign, normal]
     }
 }
 
-/// One frame for each vertex, so that no seam cuts it: of the corners at the dominant uv vertex, the sum of the
-/// tangents (#T×3) that agree with the first one about the sign, made perpendicular to the normal (#V×3, unit). #V
+/// Tangent frame of each vertex, which no seam cuts. #V
+///
+/// The tangents (#T×3) of the corners at the dominant uv vertex that have the sign of the first one are summed, and the sum is
+/// made perpendicular to the normal (#V×3, unit).
 pub fn at_vertices(
     surface: &Surface,
     atlas: &Atlas,
@@ -57,21 +58,21 @@ pub fn at_vertices(
     }
     let finish = |(sum, n): (Tangent, &Vec3)| {
         let flat = (sum.tangent - *n * n.dot(sum.tangent)).try_normalize();
-        // Where nothing is known any direction does, as long as it is always the same one.
+        // Without a tangent any direction will do, if it is always the same one.
         let tangent = flat.unwrap_or_else(|| if *n == Vec3::ZERO { Vec3::X } else { n.any_orthonormal_vector() });
         Tangent { tangent, sign: if sum.sign == 0.0 { 1.0 } else { sum.sign } }
     };
     sums.into_iter().zip(vertex_normals).map(finish).collect()
 }
 
-/// MikkTSpace tangents at the corners of each triangle, with the normals that the vertices carry (#V×3, unit). #T×3
+/// MikkTSpace tangents at the corners of each triangle, for unit normals of the vertices (#V×3). #T×3
 pub fn tangents(surface: &Surface, atlas: &Atlas, vertex_normals: &[Vec3]) -> Vec<[Tangent; 3]> {
     in_blocks(surface, atlas, vertex_normals, BLOCK)
 }
 
 fn in_blocks(surface: &Surface, atlas: &Atlas, vertex_normals: &[Vec3], size: usize) -> Vec<[Tangent; 3]> {
     let [low, high] = surface.bounds();
-    // Far from the origin single precision would leave nothing of an edge.
+    // Far from the origin edges would be lost in single precision.
     let centre = (low + high) / 2.0;
     let blocks = blocks(surface, atlas, size);
     let of_block = |block: Index| {
@@ -80,8 +81,8 @@ fn in_blocks(surface: &Surface, atlas: &Atlas, vertex_normals: &[Vec3], size: us
         let mut frames = Frames::new(&triangles, surface, atlas, vertex_normals, centre);
         // The error type has no values.
         let _ = bevy_mikktspace::generate_tangents(&mut frames);
-        let place = |t: &Index| triangles.binary_search(t).map_or([Tangent::default(); 3], |i| frames.tangents[i]);
-        own.iter().map(place).collect::<Vec<_>>()
+        let frames_of = |t: &Index| triangles.binary_search(t).map_or([Tangent::default(); 3], |i| frames.tangents[i]);
+        own.iter().map(frames_of).collect::<Vec<_>>()
     };
     let found: Vec<Vec<[Tangent; 3]>> = (0..blocks.len() as Index).into_par_iter().map(of_block).collect();
     let mut tangents = vec![[Tangent::default(); 3]; surface.triangle_corners().len()];
@@ -91,20 +92,20 @@ fn in_blocks(surface: &Surface, atlas: &Atlas, vertex_normals: &[Vec3], size: us
     tangents
 }
 
-/// Sorts triangles by a grid over the texture, where neighbours are near each other whatever their order in the file.
+/// Groups triangles by a grid over the texture, where neighbours are close together whatever their order in the file.
 fn blocks(surface: &Surface, atlas: &Atlas, size: usize) -> Ragged<Index> {
     let triangles = surface.triangle_corners();
     let side = (triangles.len() as f64 / size as f64).sqrt().ceil().max(1.0);
     let cell = |t: &[Index; 3]| {
         let uv = atlas.at_corner(t[0]).unwrap_or_default();
-        // Saturating: places outside the unit square belong to the cells at its border.
+        // Texture coordinates outside the unit square belong to the cells at its border.
         let at = (uv * side).clamp(DVec2::ZERO, DVec2::splat(side - 1.0));
         at.y as Index * side as Index + at.x as Index
     };
     Ragged::group((side * side) as usize, triangles.iter().zip(0..).map(|(t, i)| (cell(t), i)))
 }
 
-/// Triangles that share a vertex with one of these, and these; ascending.
+/// Triangles that share a vertex with one of `own`, including `own`, ascending.
 fn with_neighbours(surface: &Surface, own: &[Index]) -> Vec<Index> {
     let topology = surface.topology();
     let mut vertices: Vec<Index> =
@@ -123,7 +124,7 @@ fn with_neighbours(surface: &Surface, own: &[Index]) -> Vec<Index> {
     all
 }
 
-/// Triangles as MikkTSpace asks for them, many times over.
+/// Attributes of the triangles in the form in which MikkTSpace reads them, which it does many times, and their tangents.
 struct Frames {
     corners: Vec<[Corner; 3]>,
     tangents: Vec<[Tangent; 3]>,

@@ -19,11 +19,11 @@ fn map(interpolation: Interpolation, size: u32) -> (HeightMap, Coverage) {
     let (surface, atlas, heights) = slope();
     let coverage = Coverage::new(&surface, &atlas, Size::square(size), &Silent).unwrap();
     let layout = TextureLayout { surface: &surface, atlas: &atlas, coverage: &coverage };
-    (bake(layout, &heights, interpolation, &Silent).unwrap(), coverage)
+    (interpolate_heights(layout, &heights, interpolation, &Silent).unwrap(), coverage)
 }
 
 #[test]
-fn rows_are_turned_over_once() {
+fn v_is_flipped_once() {
     let size = Size { width: 4, height: 2 };
     assert_eq!(size.texel_from_uv(DVec2::new(0.0, 1.0)), DVec2::ZERO);
     assert_eq!(size.uv_from_texel(0, 0), DVec2::new(0.125, 0.75));
@@ -34,7 +34,7 @@ fn rows_are_turned_over_once() {
 }
 
 #[test]
-fn linear_heights_are_reproduced_by_the_linear_and_the_natural_way() {
+fn linear_heights_are_reproduced_by_linear_and_by_natural_neighbour_interpolation() {
     for interpolation in [Interpolation::Barycentric, Interpolation::Natural] {
         let (map, coverage) = map(interpolation, 64);
         let mut inside = 0;
@@ -67,13 +67,13 @@ fn no_background_bleeds_in() {
 }
 
 #[test]
-fn sampled_ways_give_the_sample_at_its_place() {
+fn interpolations_give_the_height_of_a_vertex_at_its_texture_coordinate() {
     // At 16 texels for 8 cells of half the texture, texel centres are never at vertices; at this odd size some are.
     let (surface, atlas, heights) = slope();
     let size = Size::square(12);
     let coverage = Coverage::new(&surface, &atlas, size, &Silent).unwrap();
     for interpolation in [Interpolation::Natural, Interpolation::Idw, Interpolation::Nearest] {
-        let map = bake(
+        let map = interpolate_heights(
             TextureLayout { surface: &surface, atlas: &atlas, coverage: &coverage },
             &heights,
             interpolation,
@@ -111,7 +111,7 @@ fn maps_are_the_same_bits_on_any_number_of_threads() {
             pool.install(|| {
                 let coverage = Coverage::new(&sphere, &atlas, Size::square(128), &Silent).unwrap();
                 let layout = TextureLayout { surface: &sphere, atlas: &atlas, coverage: &coverage };
-                bake(layout, &heights, interpolation, &Silent).unwrap()
+                interpolate_heights(layout, &heights, interpolation, &Silent).unwrap()
             })
         };
         assert!(on(1) == on(2) && on(1) == on(7), "{interpolation:?}");
@@ -120,7 +120,7 @@ fn maps_are_the_same_bits_on_any_number_of_threads() {
 
 #[test]
 fn a_normal_map_gives_back_the_normals_it_was_made_of() {
-    // A wavy sheet and its flat version: in the frames of the waves the map holds a normal that looks up.
+    // A wavy sheet and its flat version: in the frames of the waves the map has a normal that points up.
     let (surface, atlas, _) = slope();
     let wavy = surface.at(surface.positions().iter().map(|p| *p + DVec3::Z * 0.05 * (9.0 * p.x).sin()).collect());
     let normals: Vec<Vec3> = vertex_normals(&wavy, FaceWeight::Angle).iter().map(|n| n.as_vec3()).collect();
@@ -148,6 +148,6 @@ fn a_normal_map_gives_back_the_normals_it_was_made_of() {
         assert!(shaded.distance(Vec3::Z) < 3f32.sqrt() / 255.0, "{shaded}");
         assert!((i32::from(gl.texels[i][1]) + i32::from(dx.texels[i][1]) - 255).abs() <= 1);
     }
-    let lean = gl.texels.iter().map(|t| (i32::from(t[0]) - 128).abs()).max();
-    assert!(lean > Some(20), "the waves must show");
+    let tilt = gl.texels.iter().map(|t| (i32::from(t[0]) - 128).abs()).max();
+    assert!(tilt > Some(20), "the waves must show");
 }

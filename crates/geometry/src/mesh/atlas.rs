@@ -1,4 +1,4 @@
-//! The same faces laid out in texture space.
+//! The UV layout of a surface: its faces laid out in texture space.
 
 use crate::mesh::jagged::{Index, Ragged};
 use crate::mesh::surface::Surface;
@@ -8,7 +8,7 @@ use glam::DVec2;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-/// Why there is no layout.
+/// Reasons why a mesh has no layout.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AtlasError {
     /// No corner names a uv vertex.
@@ -22,9 +22,9 @@ pub enum AtlasError {
     },
 }
 
-/// UV layout of a surface: which uv vertex each corner names, and what follows from that.
+/// UV layout of a surface: the uv vertex that each corner names, the wedges, and the dominant uv vertex of each vertex.
 ///
-/// uv vertices are known by their first index in the source: equal coordinates are one.
+/// Equal texture coordinates are one uv vertex, which has the lowest of their indices in the source.
 #[derive(Clone, Debug)]
 pub struct Atlas {
     uvs: Vec<DVec2>,
@@ -36,20 +36,24 @@ pub struct Atlas {
 /// Counts that describe a layout.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Charts {
-    /// Pieces of the layout that hang together along edges.
+    /// Number of connected pieces of the layout, where faces are connected by edges that are no seam.
     pub charts: usize,
-    /// Edges whose two faces name different uv vertices.
+    /// Number of edges whose two faces name different uv vertices.
     pub seam_edges: usize,
-    /// Vertices with more than one wedge.
+    /// Number of vertices with more than one wedge.
     pub seam_vertices: usize,
-    /// Faces without texture coordinates at one corner or more.
+    /// Number of faces without texture coordinates at one corner or more.
     pub unmapped_faces: usize,
 }
 
 impl Atlas {
     const ABSENT: Index = Index::MAX;
 
-    /// Lays a surface out. `uvs` are those of the source (v up), `corner_uvs` names one for each corner of the topology.
+    /// Builds the layout of a surface. `uvs` are the texture coordinates of the source (#vt×2, v up); `corner_uvs` names one
+    /// of them for each corner of the topology, or none.
+    ///
+    /// # Panics
+    /// If there is not one entry for each corner, or an index is out of range.
     pub fn new(
         surface: &Surface,
         uvs: &[DVec2],
@@ -71,7 +75,7 @@ impl Atlas {
         Ok(atlas)
     }
 
-    /// Finds the uv vertices of each vertex, and of those the dominant one.
+    /// Finds the uv vertices of each vertex, and the dominant one among them.
     fn find_wedges(&mut self, surface: &Surface) {
         let topology = surface.topology();
         let faces = (0..topology.faces().len() as Index).into_par_iter();
@@ -86,7 +90,7 @@ impl Atlas {
                 let uv = same[0].0;
                 let area: f64 = same.iter().map(|&(_, c)| areas[topology.face(c) as usize]).sum();
                 let inside = in_unit_square(self.uvs[uv as usize]);
-                // Strictly better: of equals the lower index, which comes first, stays.
+                // Strictly better only: among equals the lowest index, which comes first, wins.
                 if (inside && !best.0) || (inside == best.0 && area > best.1) {
                     best = (inside, area, uv);
                 }
@@ -109,36 +113,36 @@ impl Atlas {
         (self.wedges, self.dominant) = (all, dominant);
     }
 
-    /// Name of the rule behind [`Self::dominant`], as manifests have it.
+    /// Name of the rule behind [`Self::dominant`], as it is written to manifests.
     pub const DOMINANT_RULE: &str = "inside-unit-square, largest-uv-area, lowest-vt-index";
 
-    /// The one uv vertex at which all wedges of a vertex sample, so that they all get the same height.
+    /// Returns the one uv vertex at which all wedges of a vertex sample, so that they all get the same height.
     ///
-    /// Rule: first those inside the unit square, then the one whose faces have the largest sum of areas in the
-    /// texture (that is where the map is finest), then the lowest index. None where no face of the vertex has
+    /// Uv vertices inside the unit square win over others; among equals the one whose faces have the largest total area in
+    /// the texture wins, because there the map is finest; then the lowest index. `None` if no face of the vertex has
     /// texture coordinates.
     pub fn dominant(&self, vertex: Index) -> Option<Index> {
         let uv = self.dominant[vertex as usize];
         (uv != Self::ABSENT).then_some(uv)
     }
-    /// Texture coordinates of the uv vertices, by their index in the source.
+    /// Texture coordinates of the uv vertices by their index in the source, v up. #vt×2
     pub fn uvs(&self) -> &[DVec2] {
         &self.uvs
     }
-    /// uv vertex at a corner.
+    /// Uv vertex that a corner names; `None` if it names none.
     pub fn corner_uv(&self, corner: Index) -> Option<Index> {
         let uv = self.corner_uvs[corner as usize];
         (uv != Self::ABSENT).then_some(uv)
     }
-    /// Texture coordinates at a corner.
+    /// Texture coordinates at a corner; `None` if it has none.
     pub fn at_corner(&self, corner: Index) -> Option<DVec2> {
         self.corner_uv(corner).map(|uv| self.uvs[uv as usize])
     }
-    /// uv vertices of each vertex, ascending: its wedges. #V lists
+    /// Wedges of each vertex: the uv vertices that its corners name, ascending. #V lists
     pub fn wedges(&self) -> &Ragged<Index> {
         &self.wedges
     }
-    /// Signed area of a face in the texture; none where a corner has no texture coordinates.
+    /// Signed area of a face in the texture, positive if counter-clockwise; `None` if a corner has no texture coordinates.
     fn face_area(&self, surface: &Surface, face: Index) -> Option<f64> {
         let corners = surface.topology().faces().range(face);
         let origin = self.at_corner(corners.start as Index)?;
@@ -151,21 +155,21 @@ impl Atlas {
         }
         Some(doubled / 2.0)
     }
-    /// uv vertices of an edge on the side of one of its corners, in the order of the edge's end points.
+    /// Uv vertices of an edge as the face of one of its corners names them, in the order of the edge's end points.
     fn side(&self, surface: &Surface, corner: Index) -> [Option<Index>; 2] {
         let topology = surface.topology();
         let next = topology.next(corner);
         let side = [self.corner_uv(corner), self.corner_uv(next)];
         if topology.vertex(corner) < topology.vertex(next) { side } else { [side[1], side[0]] }
     }
-    /// Whether the layout is cut along an edge, or ends there.
+    /// Returns true if the layout is cut along an edge: at a seam, at the boundary, and at non-manifold edges.
     pub fn is_cut(&self, surface: &Surface, edge: Index) -> bool {
         let corners = surface.topology().edge_corners().get(edge);
         let sides = corners.iter().map(|&c| self.side(surface, c));
         surface.topology().edge_kind(edge) != EdgeKind::Interior
             || sides.clone().any(|s| s != self.side(surface, corners[0]))
     }
-    /// uv vertices on the outlines of charts, ascending.
+    /// Uv vertices on the outlines of the charts, ascending.
     pub fn outline(&self, surface: &Surface) -> Vec<Index> {
         let edges = (0..surface.topology().edges().len() as Index).filter(|&e| self.is_cut(surface, e));
         let corners = edges.flat_map(|e| surface.topology().edge_corners().get(e));
@@ -174,12 +178,12 @@ impl Atlas {
         outline.dedup();
         outline
     }
-    /// Number of faces that are turned over in the texture.
+    /// Number of faces that are mirrored in the texture, where they have a negative area.
     pub fn mirrored_faces(&self, surface: &Surface) -> usize {
         let faces = (0..surface.topology().faces().len() as Index).into_par_iter();
         faces.filter(|&f| self.face_area(surface, f).is_some_and(|area| area < 0.0)).count()
     }
-    /// Counts charts, seams and odd faces.
+    /// Counts charts, seams, and faces without texture coordinates.
     pub fn charts(&self, surface: &Surface) -> Charts {
         let topology = surface.topology();
         let mut charts = UnionFind::new(topology.faces().len());
@@ -205,12 +209,12 @@ impl Atlas {
     }
 }
 
-/// Whether a texture coordinate is in [0, 1]².
+/// Returns true if a texture coordinate is in [0, 1]².
 pub fn in_unit_square(uv: DVec2) -> bool {
     uv.cmpge(DVec2::ZERO).all() && uv.cmple(DVec2::ONE).all()
 }
 
-/// For each entry the first one with equal coordinates.
+/// Index of the first entry with equal coordinates for each entry; −0 equals 0. #vt
 fn first_of_equals(uvs: &[DVec2]) -> Vec<Index> {
     let mut seen = FxHashMap::default();
     seen.reserve(uvs.len());
@@ -222,7 +226,7 @@ mod tests {
     use super::*;
     use crate::mesh::shapes;
 
-    /// The cube unfolded without order: each face has a square of its own, the first one twice the size.
+    /// A cube with a square chart for each face; that of the first face is the largest.
     fn boxed() -> (Surface, Atlas) {
         let cube = shapes::cube();
         let square = |f: usize, k: usize| {

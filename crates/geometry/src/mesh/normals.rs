@@ -65,7 +65,7 @@ mod tests {
     use crate::mesh::shapes;
 
     #[test]
-    fn a_cube_corner_looks_along_its_diagonal_whatever_the_triangulation() {
+    fn the_normal_of_a_cube_corner_is_along_its_diagonal_whatever_the_triangulation() {
         let cube = shapes::cube();
         let n = vertex_normals(&cube, FaceWeight::Angle);
         for (n, p) in n.iter().zip(cube.positions()) {
@@ -78,7 +78,7 @@ mod tests {
         let sphere = shapes::sphere(4);
         for weight in [FaceWeight::Uniform, FaceWeight::Area, FaceWeight::Angle] {
             for (n, p) in vertex_normals(&sphere, weight).iter().zip(sphere.positions()) {
-                // Triangles of different size side by side tilt the mean by a share of the edge length, 0.07.
+                // Triangles of different size side by side tilt the mean by a fraction of the edge length, 0.07.
                 assert!(n.distance(*p) < 0.01, "{weight:?}: {n} at {p}");
             }
         }

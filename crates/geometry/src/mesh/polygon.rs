@@ -1,28 +1,27 @@
-//! Triangulation of one polygon in space.
+//! Area and triangulation of one polygon in space.
 
 use glam::{DVec2, DVec3};
 
-/// Vector area (Newell 1972): normal of the best plane, length twice the area.
+/// Vector area of a polygon (Newell 1972): normal of its best plane, with twice its area as length.
 pub fn newell(points: impl ExactSizeIterator<Item = DVec3> + Clone) -> DVec3 {
     let origin = points.clone().next().unwrap_or(DVec3::ZERO);
     let next = points.clone().cycle().skip(1);
-    // About the first point: far from the origin the products of coordinates would cancel.
+    // Relative to the first point: far from the origin the products of coordinates would cancel.
     points.zip(next).fold(DVec3::ZERO, |sum, (a, b)| sum + (a - origin).cross(b - origin))
 }
 
-/// Cuts a polygon into n − 2 triangles of local indices, which keep its sense of rotation.
+/// Cuts a polygon (n points) into n − 2 triangles of indices 0..n, which keep its orientation.
 ///
-/// Convex polygons become a fan at their first corner, as every reader does it; others lose their ears one by one
-/// (Meisters 1975), in the plane of the Newell normal. Of several ears the one with the widest smallest angle goes
-/// first. A polygon that has no valid ear left (it crosses itself) is finished all the same: each of its corners
-/// stays in a triangle.
+/// A convex polygon becomes a fan at its first corner, as in most readers. Any other is cut by ear clipping (Meisters 1975) in
+/// the plane of the Newell normal, where the ear of the best shape goes first. A polygon that crosses itself may have no
+/// valid ear left; it is cut all the same, and each of its corners is in a triangle.
 pub fn triangulate(points: &[DVec3], mut emit: impl FnMut([usize; 3])) {
     if points.len() == 3 {
         return emit([0, 1, 2]);
     }
     let normal = newell(points.iter().copied());
     let (u, v) = normal.try_normalize().unwrap_or(DVec3::Z).any_orthonormal_pair();
-    // `any_orthonormal_pair` gives (u, v, n) in some order of hands; counter-clockwise must stay so.
+    // `any_orthonormal_pair` promises no handedness of (u, v, n); counter-clockwise must stay so.
     let v = if u.cross(v).dot(normal) < 0.0 { -v } else { v };
     let flat: Vec<DVec2> = points.iter().map(|p| *p - points[0]).map(|p| DVec2::new(p.dot(u), p.dot(v))).collect();
     if is_convex(&flat) {
@@ -33,11 +32,11 @@ pub fn triangulate(points: &[DVec3], mut emit: impl FnMut([usize; 3])) {
     while rest.len() > 3 {
         let mut k = best(&quality);
         if quality[k] <= 0.0 {
-            // Ears that were blocked may have come free; those that were free stay so.
+            // Corners that were blocked by others may have become ears; ears stay ears.
             quality = (0..rest.len()).map(|k| ear_quality(&flat, &rest, k)).collect();
             k = best(&quality);
         }
-        emit(around(&rest, k));
+        emit(ear_at(&rest, k));
         rest.remove(k);
         quality.remove(k);
         for j in [(k + rest.len() - 1) % rest.len(), k % rest.len()] {
@@ -47,39 +46,41 @@ pub fn triangulate(points: &[DVec3], mut emit: impl FnMut([usize; 3])) {
     emit([rest[0], rest[1], rest[2]]);
 }
 
-/// Position of the largest value, the first of several.
+/// Index of the largest value, the lowest among equals.
 fn best(quality: &[f64]) -> usize {
     (0..quality.len()).rev().max_by(|&j, &k| quality[j].total_cmp(&quality[k])).unwrap_or(0)
 }
 
-fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
+/// Twice the signed area of a triangle, positive if counter-clockwise.
+fn doubled_area(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     (b - a).perp_dot(c - a)
 }
 
-/// Whether all fan triangles at the first corner, and all corners, turn left.
+/// Returns true if all corners are convex and all triangles of the fan at the first corner counter-clockwise.
 fn is_convex(flat: &[DVec2]) -> bool {
     let n = flat.len();
-    (0..n).all(|k| turn(flat[k], flat[(k + 1) % n], flat[(k + 2) % n]) > 0.0)
-        && (2..n).all(|k| turn(flat[0], flat[k - 1], flat[k]) > 0.0)
+    (0..n).all(|k| doubled_area(flat[k], flat[(k + 1) % n], flat[(k + 2) % n]) > 0.0)
+        && (2..n).all(|k| doubled_area(flat[0], flat[k - 1], flat[k]) > 0.0)
 }
 
-/// Corner `k` of the rest with its neighbours.
-fn around(rest: &[usize], k: usize) -> [usize; 3] {
+/// Corner `k` of the remaining polygon between its two neighbours.
+fn ear_at(rest: &[usize], k: usize) -> [usize; 3] {
     let n = rest.len();
     [rest[(k + n - 1) % n], rest[k], rest[(k + 1) % n]]
 }
 
-/// Sine-like quality of the ear at `k`; negative where it is none.
+/// Quality of the ear at `k`: area over the sum of squared edge lengths; negative if the corner is no ear.
 fn ear_quality(flat: &[DVec2], rest: &[usize], k: usize) -> f64 {
-    let ear = around(rest, k);
+    let ear = ear_at(rest, k);
     let [a, b, c] = ear.map(|i| flat[i]);
-    let area = turn(a, b, c);
+    let area = doubled_area(a, b, c);
     if area <= 0.0 {
         return -1.0;
     }
-    let inside = |p: DVec2| turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0;
-    let touches = |i: &&usize| !ear.contains(i) && ![a, b, c].contains(&flat[**i]);
-    if rest.iter().filter(touches).any(|&i| inside(flat[i])) {
+    let inside =
+        |p: DVec2| doubled_area(a, b, p) >= 0.0 && doubled_area(b, c, p) >= 0.0 && doubled_area(c, a, p) >= 0.0;
+    let is_elsewhere = |i: &&usize| !ear.contains(i) && ![a, b, c].contains(&flat[**i]);
+    if rest.iter().filter(is_elsewhere).any(|&i| inside(flat[i])) {
         return -0.5;
     }
     area / (a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a))
@@ -98,7 +99,7 @@ mod tests {
 
     fn signed_areas(outline: &[[f64; 2]]) -> Vec<f64> {
         let at = |i: usize| DVec2::from(outline[i]);
-        triangles(outline).iter().map(|&[a, b, c]| turn(at(a), at(b), at(c)) / 2.0).collect()
+        triangles(outline).iter().map(|&[a, b, c]| doubled_area(at(a), at(b), at(c)) / 2.0).collect()
     }
 
     #[test]

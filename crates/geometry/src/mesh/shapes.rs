@@ -11,7 +11,7 @@ fn surface(positions: Vec<DVec3>, faces: impl IntoIterator<Item = Vec<Index>>) -
     Surface::new(Topology::new(positions.len(), faces), positions)
 }
 
-/// The unit sphere: an icosahedron, each triangle cut in four `levels` times. 10·4ˡ + 2 vertices.
+/// Builds a unit sphere from an icosahedron whose triangles are cut in four `levels` times: 10·4ˡ + 2 vertices.
 pub fn sphere(levels: u32) -> Surface {
     let phi = (1.0 + 5f64.sqrt()) / 2.0;
     let mut points: Vec<DVec3> = Vec::new();
@@ -19,11 +19,11 @@ pub fn sphere(levels: u32) -> Surface {
         points.extend([DVec3::new(0.0, a, b), DVec3::new(a, b, 0.0), DVec3::new(b, 0.0, a)]);
     }
     let mut faces: Vec<[Index; 3]> = Vec::new();
-    let touching = |i: usize, j: usize| (points[i].distance(points[j]) - 2.0).abs() < 1e-9;
+    let are_neighbours = |i: usize, j: usize| (points[i].distance(points[j]) - 2.0).abs() < 1e-9;
     for i in 0..12 {
         for j in i + 1..12 {
             for k in j + 1..12 {
-                if touching(i, j) && touching(j, k) && touching(k, i) {
+                if are_neighbours(i, j) && are_neighbours(j, k) && are_neighbours(k, i) {
                     let outward = points[i].dot(points[j].cross(points[k])) > 0.0;
                     let t = if outward { [i, j, k] } else { [i, k, j] };
                     faces.push(t.map(|i| i as Index));
@@ -51,7 +51,7 @@ pub fn sphere(levels: u32) -> Surface {
     surface(points, faces.into_iter().map(Vec::from))
 }
 
-/// The unit square in the plane z = 0: `cells` × `cells` squares, each cut in two; boundary all around.
+/// Builds the unit square in the plane z = 0 from `cells` × `cells` squares, each cut into two triangles.
 pub fn grid(cells: u32) -> Surface {
     let at = |i: u32, j: u32| j * (cells + 1) + i;
     let corner = |i: u32| f64::from(i) / f64::from(cells);
@@ -65,14 +65,14 @@ pub fn grid(cells: u32) -> Surface {
     surface(points.collect(), faces)
 }
 
-/// The cube [0, 1]³ as six squares.
+/// Builds the cube [0, 1]³ from six squares.
 pub fn cube() -> Surface {
     let points = (0..8).map(|i| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)));
     let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     surface(points.collect(), faces.map(Vec::from))
 }
 
-/// The box [0, 1] × [0, 2] × [0, 3], whose sides are `cells` × `cells` rectangles, each cut in two.
+/// Builds the box [0, 1] × [0, 2] × [0, 3], whose sides are `cells` × `cells` rectangles, each cut in two.
 pub fn gridded_box(cells: u32) -> Surface {
     let mut points = Vec::new();
     let mut seen = FxHashMap::default();
@@ -95,14 +95,14 @@ pub fn gridded_box(cells: u32) -> Surface {
     surface(points, faces)
 }
 
-/// The grid of [`grid`] lifted by 0.08 sin 6x cos 5y, which bends up to 2.9 radians in a unit of length.
+/// Builds the grid of [`grid`] lifted by 0.08 sin 6x cos 5y, which bends up to 2.9 radians in a unit of length.
 pub fn bumpy_sheet(cells: u32) -> Surface {
     let flat = grid(cells);
     let lifted = flat.positions().iter().map(|p| *p + DVec3::Z * 0.08 * (p.x * 6.0).sin() * (p.y * 5.0).cos());
     flat.at(lifted.collect())
 }
 
-/// A sphere with dents, so that nothing is symmetric.
+/// Builds a bumpy sphere without any symmetry: radii are pseudo-random in 1..=1.05.
 pub fn dented_sphere(levels: u32) -> Surface {
     let sphere = sphere(levels);
     let dent = |i: u32| f64::from(i.wrapping_mul(2_654_435_761) >> 16 & 0xff) / 255.0;

@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn volume_does_not_depend_on_the_place() {
+    fn volume_does_not_depend_on_the_position() {
         let sphere = shapes::sphere(2);
         let moved = sphere.at(sphere.positions().iter().map(|p| *p + 1e6).collect());
         // Coordinates near 1e6 are good to 1e-10.

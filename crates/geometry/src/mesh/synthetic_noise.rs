@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn impulses_hit_their_share_and_leave_the_rest() {
+    fn impulses_displace_their_fraction_and_leave_the_rest() {
         let sphere = shapes::sphere(5);
         let all = displacements(&sphere, &QUIET);
         let some = displacements(&sphere, &Noise { share: 0.3, ..QUIET });

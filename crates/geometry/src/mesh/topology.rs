@@ -138,10 +138,12 @@ impl Topology {
     fn fans(&self, vertex: Index) -> usize {
         let ring = self.rings.get(vertex);
         let mut sheets = UnionFind::new(ring.len());
-        // Both are neighbours, so both are found.
-        let place = |corner| ring.partition_point(|&n| n < self.vertex(corner)) as Index;
-        let joined =
-            self.corners(vertex).iter().filter(|&&c| sheets.join(place(self.next(c)), place(self.previous(c))));
+        // Both vertices are neighbours, so both are found in the ring.
+        let index_in_ring = |corner| ring.partition_point(|&n| n < self.vertex(corner)) as Index;
+        let joined = self
+            .corners(vertex)
+            .iter()
+            .filter(|&&c| sheets.join(index_in_ring(self.next(c)), index_in_ring(self.previous(c))));
         ring.len() - joined.count()
     }
     /// Connected component of each vertex, and the number of components; an isolated vertex is a component of its own.
@@ -298,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn three_sheets_and_a_turned_face_are_told_apart() {
+    fn three_sheets_and_a_flipped_face_are_told_apart() {
         let t = topology(6, &[&[0, 1, 2], &[1, 0, 3], &[0, 1, 4]]);
         assert_eq!(t.edge_kind(0), EdgeKind::NonManifold);
         assert_eq!(t.non_manifold_vertices(), [0, 1]);

@@ -1,18 +1,18 @@
-//! Disjoint sets of indices; each is known by its lowest member.
+//! Disjoint sets of indices, each represented by its lowest member.
 
 use crate::mesh::jagged::Index;
 
-/// Sets that only grow together.
+/// Partition of indices into sets that can be joined.
 pub(crate) struct UnionFind {
     parent: Vec<Index>,
 }
 
 impl UnionFind {
-    /// Each index by itself.
+    /// Puts each index into a set of its own.
     pub(crate) fn new(count: usize) -> Self {
         Self { parent: (0..count as Index).collect() }
     }
-    /// The lowest member of the set of `i`.
+    /// Finds the lowest member of the set of `i`.
     pub(crate) fn lowest(&mut self, mut i: Index) -> Index {
         while self.parent[i as usize] != i {
             let above = self.parent[self.parent[i as usize] as usize];
@@ -21,13 +21,13 @@ impl UnionFind {
         }
         i
     }
-    /// Joins the sets of `a` and `b`; whether they were two.
+    /// Joins the sets of `a` and `b`; returns true if they were two.
     pub(crate) fn join(&mut self, a: Index, b: Index) -> bool {
         let (a, b) = (self.lowest(a), self.lowest(b));
         self.parent[a.max(b) as usize] = a.min(b);
         a != b
     }
-    /// The lowest member of the set of each index.
+    /// Finds the lowest member of the set of each index.
     pub(crate) fn into_lowest(mut self) -> Vec<Index> {
         (0..self.parent.len() as Index).map(|i| self.lowest(i)).collect()
     }

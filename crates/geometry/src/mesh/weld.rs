@@ -1,4 +1,5 @@
-//! Welding: which source vertices are one vertex. Exporters split a vertex at UV seams, and a smoother must not.
+//! Welding: merges source vertices at the same position. Exporters split a vertex at UV seams, and denoising must not see
+//! such a cut.
 
 use crate::mesh::jagged::Index;
 use crate::mesh::union_find::UnionFind;
@@ -6,20 +7,20 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
-/// When two positions are the same vertex.
+/// Rule by which two source vertices become one vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Welding {
-    /// Equal coordinates (−0 equals 0).
+    /// Source vertices with equal coordinates become one (−0 equals 0).
     #[default]
     Exact,
-    /// Not farther apart than this, model units; transitively.
+    /// Source vertices at most this far apart (model units) become one, transitively.
     Epsilon(f64),
-    /// Never.
+    /// Source vertices stay apart.
     None,
 }
 
-/// Vertices that source vertices became.
+/// Result of welding: the vertex that each source vertex became.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Weld {
     vertex_of: Vec<Index>,
@@ -27,26 +28,24 @@ pub struct Weld {
 }
 
 impl Weld {
-    /// Welds positions (#v). Vertices are numbered by their first source vertex.
+    /// Welds positions (#v×3, model units). Vertices are numbered in the order of their first source vertices.
     pub fn new(positions: &[DVec3], welding: Welding) -> Self {
         match welding {
             Welding::None => Self::from_representatives((0..positions.len() as Index).collect()),
             Welding::Exact => {
                 let mut seen = FxHashMap::default();
                 seen.reserve(positions.len());
-                let representative = (0..).zip(positions);
-                Self::from_representatives(
-                    representative.map(|(i, p)| *seen.entry(exact_key(*p)).or_insert(i)).collect(),
-                )
+                let first_equal = |(i, p): (Index, &DVec3)| *seen.entry(exact_key(*p)).or_insert(i);
+                Self::from_representatives((0..).zip(positions).map(first_equal).collect())
             }
             Welding::Epsilon(epsilon) => Self::from_representatives(merge_within(positions, epsilon)),
         }
     }
 
-    /// `representative[i]` ≤ i is the first source vertex of the vertex that source vertex i becomes.
-    fn from_representatives(representative: Vec<Index>) -> Self {
+    /// Numbers the vertices; `representatives[i]` ≤ i is the first source vertex that is welded to source vertex i.
+    fn from_representatives(representatives: Vec<Index>) -> Self {
         let mut first = Vec::new();
-        let mut vertex_of = representative;
+        let mut vertex_of = representatives;
         for i in 0..vertex_of.len() {
             vertex_of[i] = if vertex_of[i] as usize == i {
                 first.push(i as Index);
@@ -58,26 +57,26 @@ impl Weld {
         Self { vertex_of, first }
     }
 
-    /// Vertex of each source vertex. #v
+    /// Vertex that each source vertex became. #v
     pub fn vertex_of(&self) -> &[Index] {
         &self.vertex_of
     }
-    /// First source vertex of each vertex; its position is the vertex's. #V
+    /// First source vertex of each vertex, whose position the vertex has. #V
     pub fn first(&self) -> &[Index] {
         &self.first
     }
-    /// Values of the vertices (#V), spread over the source vertices. #v
-    pub fn spread<T: Copy>(&self, of_vertex: &[T]) -> Vec<T> {
-        self.vertex_of.iter().map(|&v| of_vertex[v as usize]).collect()
+    /// Gives each source vertex (#v) the value of its vertex (#V).
+    pub fn spread<T: Copy>(&self, vertex_values: &[T]) -> Vec<T> {
+        self.vertex_of.iter().map(|&v| vertex_values[v as usize]).collect()
     }
 }
 
-/// Bits of a position, −0 made 0.
+/// Bits of a position, with −0 replaced by 0.
 fn exact_key(p: DVec3) -> [u64; 3] {
     (p + 0.0).to_array().map(f64::to_bits)
 }
 
-/// Lowest index of each cluster, where positions not farther apart than `epsilon` are joined.
+/// Lowest index of the cluster of each position, where positions at most `epsilon` apart are joined.
 fn merge_within(positions: &[DVec3], epsilon: f64) -> Vec<Index> {
     let mut sets = UnionFind::new(positions.len());
     let cell_of = |p: DVec3| (p / epsilon).floor().to_array().map(|x| x as i64);
@@ -97,7 +96,7 @@ fn merge_within(positions: &[DVec3], epsilon: f64) -> Vec<Index> {
     sets.into_lowest()
 }
 
-/// The 27 cells that can hold a point within one cell size.
+/// Offsets of the 27 cells that can hold a point within one cell size.
 fn neighbourhood() -> impl Iterator<Item = (i64, i64, i64)> {
     (-1..=1).flat_map(|x| (-1..=1).flat_map(move |y| (-1..=1).map(move |z| (x, y, z))))
 }

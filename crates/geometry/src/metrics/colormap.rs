@@ -1,26 +1,27 @@
-//! Colours for numbers.
+//! Colour maps, which show numbers as colours.
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// A colour map, for pictures and for vertex colours alike; both are even to the eye and keep their order in grey and for the colour-blind.
+/// A colour map for pictures and vertex colours. Both maps are perceptually uniform, and readable in grey and for colour-blind
+/// people.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Colormap {
-    /// Blue, neutral grey, red, for numbers with a sign: zero is the grey.
+    /// Blue, neutral grey and red for numbers with a sign, where 0 is the grey.
     ///
-    /// Kenneth Moreland. Diverging Color Maps for Scientific Visualization. ISVC 2009.
+    /// Reference: Kenneth Moreland. Diverging Color Maps for Scientific Visualization. ISVC 2009.
     #[default]
     Diverging,
-    /// Viridis (Stéfan van der Walt, Nathaniel Smith), for magnitudes.
+    /// Viridis (Stéfan van der Walt, Nathaniel Smith) for magnitudes.
     Sequential,
 }
 
 impl Colormap {
-    /// Both.
+    /// All colour maps.
     pub const ALL: [Self; 2] = [Self::Diverging, Self::Sequential];
 
-    /// Evenly spaced samples, encoded sRGB `0xrrggbb`.
+    /// Evenly spaced samples of the colour map in encoded sRGB, `0xrrggbb`.
     pub fn samples(self) -> &'static [u32] {
         match self {
             Self::Diverging => &COOL_WARM,
@@ -28,16 +29,16 @@ impl Colormap {
         }
     }
 
-    /// Encoded sRGB at t, 0..1 a channel; below 0 and above 1 the ends go on.
+    /// Colour at t in encoded sRGB, each channel 0..=1; t below 0 counts as 0 and above 1 as 1.
     pub fn encoded(self, t: f32) -> Vec3 {
         let samples = self.samples();
         let x = t.clamp(0.0, 1.0) * (samples.len() - 1) as f32;
         let low = (x as usize).min(samples.len() - 2);
-        // Between encoded values, because these are the ones that are even to the eye.
+        // Encoded values are blended, because these are perceptually uniform.
         encoded(samples[low]).lerp(encoded(samples[low + 1]), x - low as f32)
     }
 
-    /// The same as 8-bit sRGB.
+    /// Colour at t in encoded sRGB, 8 bits a channel.
     pub fn bytes(self, t: f32) -> [u8; 3] {
         self.encoded(t).to_array().map(|c| (c * 255.0).round() as u8)
     }
@@ -60,7 +61,7 @@ const VIRIDIS: [u32; 11] =
 mod tests {
     use super::*;
 
-    /// Grows with luminance, which is all that is compared.
+    /// Approximate luminance of a colour, which is enough for comparisons.
     fn luma(colour: Vec3) -> f32 {
         colour.map(|c| c.powf(2.2)).dot(Vec3::new(0.2126, 0.7152, 0.0722))
     }
@@ -70,7 +71,7 @@ mod tests {
         let zero = Colormap::Diverging.encoded(0.5);
         assert!(zero.max_element() - zero.min_element() < 1e-6, "{zero}");
         for i in 0..=100 {
-            // The smoothing of the middle lifts its neighbours by a hair.
+            // The published map is smoothed in the middle, which makes the neighbours of zero slightly brighter.
             assert!(luma(Colormap::Diverging.encoded(i as f32 / 100.0)) < luma(zero) + 0.01);
         }
     }

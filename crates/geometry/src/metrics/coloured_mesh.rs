@@ -1,13 +1,14 @@
-//! Meshes with a colour for each vertex, for other programs to show.
+//! Files of meshes with a colour for each vertex, for display in other programs.
 
 use crate::metrics::Triangles;
 use std::fmt::Write as _;
 
-/// Binary little-endian PLY: double coordinates, sRGB colours of 8 bits, the number that the colour shows as `quality`,
-/// which is what MeshLab calls a number of a vertex, and triangles. `comment` is one line for the header.
+/// Writes a binary little-endian PLY file: positions in double precision, colours (#V×3, encoded sRGB of 8 bits), and
+/// triangles. The number that a colour stands for (#V) becomes the property `quality`, as MeshLab calls it. `comment` is one
+/// line of the header.
 ///
 /// # Panics
-/// If colours or numbers are more or fewer than the vertices.
+/// If there is not one colour and one number for each vertex.
 pub fn ply(mesh: &Triangles, colours: &[[u8; 3]], quality: &[f64], comment: &str) -> Vec<u8> {
     let (positions, faces) = (mesh.positions(), mesh.triangles());
     assert_eq!([colours.len(), quality.len()], [positions.len(); 2], "one colour and one number for each vertex");
@@ -34,10 +35,11 @@ pub fn ply(mesh: &Triangles, colours: &[[u8; 3]], quality: &[f64], comment: &str
     out
 }
 
-/// OBJ with the colour, 0 to 1, behind the coordinates of each `v` line, as MeshLab and Blender read it.
+/// Writes an OBJ file with colours (#V×3, encoded sRGB of 8 bits) as numbers 0 to 1 after the coordinates of each `v` line, as
+/// MeshLab and Blender read them. `comment` is its first line.
 ///
 /// # Panics
-/// If colours are more or fewer than the vertices.
+/// If there is not one colour for each vertex.
 pub fn obj(mesh: &Triangles, colours: &[[u8; 3]], comment: &str) -> Vec<u8> {
     assert_eq!(colours.len(), mesh.positions().len(), "one colour for each vertex");
     let mut out = format!("# {}\n", comment.replace(char::is_control, " "));

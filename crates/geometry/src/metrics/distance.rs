@@ -5,18 +5,18 @@ use glam::DVec3;
 use rayon::prelude::*;
 use rstar::{AABB, PointDistance, RTree, RTreeObject};
 
-/// Triangles sorted by where they are, in which the nearest one to a point is quickly found.
+/// Search tree (R-tree) of triangles, which finds the nearest triangle to a point.
 #[derive(Clone, Debug)]
 pub(super) struct TriangleTree(RTree<Triangle>);
 
 impl TriangleTree {
     pub(super) fn new(positions: &[DVec3], faces: &[[Index; 3]]) -> Self {
         let triangles = faces.iter().map(|t| Triangle(t.map(|v| positions[v as usize])));
-        // A triangle without area has no interior, and its edges are those of others.
+        // A triangle without area adds no point to the surface, because its edges belong to others as well.
         Self(RTree::bulk_load(triangles.filter(Triangle::has_area).collect()))
     }
 
-    /// Distance of each point (#P×3) to the nearest triangle. #P, model units.
+    /// Distance of each point (#P×3) to the nearest triangle; NaN without triangles. #P, model units
     pub(super) fn distances(&self, points: &[DVec3]) -> Distances {
         let nearest =
             |p: &DVec3| self.0.nearest_neighbor_with_distance_2(p.to_array()).map_or(f64::NAN, |(_, d2)| d2.sqrt());
@@ -24,7 +24,7 @@ impl TriangleTree {
     }
 }
 
-/// Distances of points to a surface, model units.
+/// Distances of points to a surface. #P, model units
 pub(super) struct Distances(pub(super) Vec<f64>);
 
 impl Distances {

@@ -1,6 +1,6 @@
-//! Where on a mesh the error is.
+//! Errors of the vertices of a mesh, and their colours in a heat map.
 
-use super::triangles::{Edges, Shapes};
+use super::triangles::{Edges, FaceGeometry};
 use super::{CompareError, Triangles};
 use crate::metrics::colormap::Colormap;
 use crate::named;
@@ -17,38 +17,39 @@ named! {
     }
 }
 
-/// The error of each vertex of a result, #V; NaN at vertices without a face that has an area in the clean mesh.
-pub fn heat(clean: &Triangles, result: &Triangles, what: Heat) -> Result<Vec<f64>, CompareError> {
+/// Error of each vertex of a result, in the unit of the quantity; NaN at vertices whose faces have no area in the clean mesh.
+/// #V
+pub fn heat(clean: &Triangles, result: &Triangles, quantity: Heat) -> Result<Vec<f64>, CompareError> {
     clean.check_connectivity(result)?;
     let (positions, faces) = (&clean.positions, &clean.triangles);
-    let shapes = Shapes::of(positions, faces);
+    let geometry = FaceGeometry::of(positions, faces);
     let mut weights = vec![0.0; positions.len()];
     let mut sums = vec![0.0; positions.len()];
-    let angles = match what {
-        Heat::Angle => Shapes::of(&result.positions, faces).angles_from(&shapes),
+    let angles = match quantity {
+        Heat::Angle => FaceGeometry::of(&result.positions, faces).angles_from(&geometry),
         Heat::Distance => vec![0.0; faces.len()],
     };
-    for ((face, area), angle) in faces.iter().zip(&shapes.areas).zip(angles) {
+    for ((face, area), angle) in faces.iter().zip(&geometry.areas).zip(angles) {
         for &v in face {
             weights[v as usize] += area;
             sums[v as usize] += area * angle;
         }
     }
-    if what == Heat::Distance {
+    if quantity == Heat::Distance {
         let mean_edge = Edges::of(faces).mean(positions);
         let distances = clean.distances(&result.positions).0;
         sums = distances.iter().zip(&weights).map(|(d, w)| w * d / mean_edge).collect();
     }
-    // 0/0 is the NaN that is promised.
+    // Vertices without an area get 0/0, which is NaN.
     Ok(sums.iter().zip(&weights).map(|(sum, weight)| sum / weight).collect())
 }
 
-/// A colour for each vertex: that of 0 at 0, that of 1 from `top` on, grey where there is no error to show.
+/// Colour of each vertex in encoded sRGB: the sequential colour map from an error of 0 to one of `top`, and grey for NaN. #V×3
 pub fn colours(heat: &[f64], top: f64) -> Vec<[u8; 3]> {
     const NONE: [u8; 3] = [0x80; 3];
-    // Where no vertex is off at all, none is hot.
-    let share = |x: f64| if top > 0.0 { x / top } else { 0.0 };
-    let colour = |&x: &f64| if x.is_finite() { Colormap::Sequential.bytes(share(x) as f32) } else { NONE };
+    // If no vertex has an error, all get the colour of 0.
+    let fraction = |x: f64| if top > 0.0 { x / top } else { 0.0 };
+    let colour = |&x: &f64| if x.is_finite() { Colormap::Sequential.bytes(fraction(x) as f32) } else { NONE };
     heat.iter().map(colour).collect()
 }
 

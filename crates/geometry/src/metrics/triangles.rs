@@ -1,4 +1,4 @@
-//! Meshes as they are compared: triangles, what is needed of each, and their edges.
+//! Triangle meshes for comparisons: positions, triangles, geometry of the triangles, and edges.
 
 use super::CompareError;
 use super::distance::{Distances, TriangleTree};
@@ -8,14 +8,15 @@ use crate::source::MeshData;
 use glam::DVec3;
 use std::sync::OnceLock;
 
-/// Triangles in space, exactly as a source has them: nothing is welded or left out.
+/// Triangle mesh exactly as a source has it: nothing is welded or left out.
 #[derive(Clone, Debug)]
 pub struct Triangles {
     pub(super) positions: Vec<DVec3>,
     pub(super) triangles: Vec<[Index; 3]>,
-    /// The faces of the source where not all are triangles: noise may make a polygon fall into other triangles.
+    /// Vertices of the faces of the source; `None` if all are triangles. Polygons are compared as they are, because noise may
+    /// change how they are cut into triangles.
     polygons: Option<Ragged<Index>>,
-    /// Made when distances to this mesh are first asked for: whoever compares many meshes with it pays once.
+    /// Search tree, which is built when it is first needed, so that a mesh that many are compared with has it built once.
     tree: OnceLock<TriangleTree>,
 }
 
@@ -43,30 +44,30 @@ impl Triangles {
         let (positions, triangles) = (surface.positions().to_vec(), surface.triangles().collect());
         Self { positions, triangles, polygons: None, tree: OnceLock::new() }
     }
-    /// #V×3, model units.
+    /// Positions of the vertices. #V×3, model units
     pub fn positions(&self) -> &[DVec3] {
         &self.positions
     }
-    /// Three indices of vertices each.
+    /// Vertices of each triangle. #T×3
     pub fn triangles(&self) -> &[[Index; 3]] {
         &self.triangles
     }
-    /// The same triangles with their vertices elsewhere.
+    /// Returns the mesh with other positions (#V×3, model units).
     ///
     /// # Panics
-    /// If there are more or fewer positions than vertices.
+    /// If there is not one position for each vertex.
     pub fn at(&self, positions: Vec<DVec3>) -> Self {
         assert_eq!(positions.len(), self.positions.len(), "one position for each vertex");
         let (triangles, polygons) = (self.triangles.clone(), self.polygons.clone());
         Self { positions, triangles, polygons, tree: OnceLock::new() }
     }
 
-    /// Distance of each point (#P×3) to this mesh. #P, model units.
+    /// Distance of each point (#P×3) to the mesh. #P, model units
     pub(super) fn distances(&self, points: &[DVec3]) -> Distances {
         self.tree.get_or_init(|| TriangleTree::new(&self.positions, &self.triangles)).distances(points)
     }
 
-    /// Whether another mesh joins the same vertices, in any order and from any first corner.
+    /// Returns an error unless the triangles of another mesh join the same vertices, in any order and from any first corner.
     pub(super) fn check_connectivity(&self, other: &Self) -> Result<(), CompareError> {
         let counts = |mesh: &Self| (mesh.positions.len(), mesh.triangles.len());
         if counts(self) != counts(other) {
@@ -90,15 +91,17 @@ impl Triangles {
     }
 }
 
-/// What is needed of each triangle.
-pub(super) struct Shapes {
-    /// Unit; zero where there is none.
+/// Geometry of each triangle.
+pub(super) struct FaceGeometry {
+    /// Unit normals; zero at triangles without one. #T×3
     pub(super) normals: Vec<DVec3>,
+    /// Areas, square model units. #T
     pub(super) areas: Vec<f64>,
+    /// Smallest angle of each triangle, degrees. #T
     smallest_angles: Vec<f64>,
 }
 
-impl Shapes {
+impl FaceGeometry {
     pub(super) fn of(positions: &[DVec3], faces: &[[Index; 3]]) -> Self {
         let corners = || faces.iter().map(|t| t.map(|v| positions[v as usize]));
         let vectors: Vec<DVec3> = corners().map(|[a, b, c]| (b - a).cross(c - a)).collect();
@@ -115,30 +118,33 @@ impl Shapes {
                 .collect(),
         }
     }
-    /// Degrees from the clean normal of each face to its normal here; without one it counts as 90° off.
+    /// Angle between the clean normal of each triangle and its normal here, degrees; 90 if it has no normal here. #T
     pub(super) fn angles_from(&self, clean: &Self) -> Vec<f64> {
         let angle = |f: usize| if self.areas[f] > 0.0 { degrees(clean.normals[f], self.normals[f]) } else { 90.0 };
         (0..self.areas.len()).map(angle).collect()
     }
+    /// Returns true if a triangle has an area below 1e-6 of the mean, or an angle below half a degree.
     pub(super) fn is_sliver(&self, face: usize, mean_clean_area: f64) -> bool {
         self.areas[face] < 1e-6 * mean_clean_area || self.smallest_angles[face] < 0.5
     }
-    /// Whether two faces lie on each other, or nearly: more than 150° between their normals.
+    /// Returns true if two triangles are folded onto each other: more than 150° between their normals.
     pub(super) fn is_fold(&self, [f, g]: [usize; 2]) -> bool {
         self.normals[f].dot(self.normals[g]).clamp(-1.0, 1.0).acos().to_degrees() > 150.0
     }
 }
 
-/// Angle between two vectors, accurate for small ones, degrees.
+/// Angle between two vectors, degrees; accurate for small angles.
 fn degrees(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b)).to_degrees()
 }
 
 /// Edges of a list of triangles.
 pub(super) struct Edges {
+    /// End points of each edge, the lower one first, in ascending order. #E×2
     pub(super) ends: Vec<[Index; 2]>,
-    /// The two triangles of each edge that has two.
+    /// Both triangles of each edge that has two.
     pub(super) pairs: Vec<[usize; 2]>,
+    /// True if each edge has two triangles.
     pub(super) closed: bool,
 }
 
@@ -158,7 +164,7 @@ impl Edges {
         }
         out
     }
-    /// Mean length, model units.
+    /// Mean length of the edges, model units.
     pub(super) fn mean(&self, positions: &[DVec3]) -> f64 {
         let lengths = self.ends.iter().map(|[a, b]| positions[*a as usize].distance(positions[*b as usize]));
         lengths.sum::<f64>() / self.ends.len() as f64

@@ -1,10 +1,10 @@
-//! Arrays as a source: a mesh that some program holds in memory and no file has.
+//! Arrays as a source: a mesh that a program holds in memory.
 
 use super::mesh_data::{Corner, MaterialRun, MeshData};
 use crate::mesh::jagged::{Index, Ragged};
 use glam::{DVec2, DVec3};
 
-/// Arrays of a mesh, to be checked by [`MeshData::try_from`]. Empty arrays stand for what a mesh does not have.
+/// Arrays of a mesh, which [`MeshData::try_from`] checks. An array is empty if the mesh does not have that attribute.
 ///
 /// ```
 /// use planish_geometry::source::model::Model;
@@ -26,35 +26,35 @@ pub struct Arrays {
     pub positions: Vec<DVec3>,
     /// Source vertices around each face, counter-clockwise seen from outside. #f
     pub faces: Ragged<Index>,
-    /// Red, green and blue of the source vertices, 0 to 1. #v×3
+    /// Colours of the source vertices: red, green and blue, 0..=1. #v×3
     pub colours: Vec<[f32; 3]>,
     /// Texture coordinates, v up. #vt×2
     pub uvs: Vec<DVec2>,
-    /// Texture coordinate of each corner, face after face. Where this is empty and there are texture coordinates, each
-    /// source vertex has its own. #c
+    /// Index of the texture coordinate of each corner, face after face. If this is empty and there are texture coordinates,
+    /// each source vertex has its own. #c
     pub corner_uvs: Vec<Option<Index>>,
     /// Normals of any length. #vn×3
     pub normals: Vec<DVec3>,
-    /// Normal of each corner, face after face. Where this is empty and there are normals, each source vertex has its
-    /// own. #c
+    /// Index of the normal of each corner, face after face. If this is empty and there are normals, each source vertex has
+    /// its own. #c
     pub corner_normals: Vec<Option<Index>>,
-    /// Names of materials.
+    /// Names of the materials, one line each.
     pub materials: Vec<String>,
-    /// Material of each face. #f
+    /// Index of the material of each face. #f
     pub face_materials: Vec<Option<Index>>,
 }
 
-/// Reason why arrays are no mesh; `array` is the name of a field of [`Arrays`].
+/// Reasons why arrays are no mesh; `array` is the name of a field of [`Arrays`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ArrayError {
-    /// A mesh needs positions and faces.
+    /// The array is empty, but a mesh needs positions and faces.
     #[error("`{array}` is empty")]
     Empty {
         /// Name of the array.
         array: &'static str,
     },
-    /// Elements belong to those of another array one by one.
+    /// The array has another length than the one that its elements belong to.
     #[error("`{array}` has {found} elements and needs {needed}, one for each {each}")]
     Length {
         /// Name of the array.
@@ -63,18 +63,18 @@ pub enum ArrayError {
         found: usize,
         /// Number of elements that it should have.
         needed: usize,
-        /// What each element belongs to.
+        /// Kind of thing that has one element: position, corner or face.
         each: &'static str,
     },
-    /// NaN or infinity.
+    /// The element is NaN or infinite.
     #[error("`{array}[{index}]` is not finite")]
     NotFinite {
         /// Name of the array.
         array: &'static str,
-        /// Place of the element.
+        /// Index of the element.
         index: usize,
     },
-    /// A face with fewer than three corners.
+    /// The face has fewer than three corners.
     #[error("`faces[{face}]` has {corners} corners and needs at least three")]
     TooFewCorners {
         /// Index of the face.
@@ -82,27 +82,27 @@ pub enum ArrayError {
         /// Number of its corners.
         corners: usize,
     },
-    /// An index that names no element.
+    /// The element is an index of another array and names no element there.
     #[error("`{array}[{index}]` names element {named} of `{target}`, which has {count}")]
     OutOfRange {
         /// Name of the array.
         array: &'static str,
-        /// Place of the element: the face for `faces` and `face_materials`, else the corner.
+        /// Index of the face for `faces` and `face_materials`, else of the corner.
         index: usize,
-        /// Index that it holds.
+        /// Value of the element, which is out of range.
         named: Index,
-        /// Name of the array that it indexes.
+        /// Name of the array that the value should index.
         target: &'static str,
-        /// Number of elements there.
+        /// Number of elements of `target`.
         count: usize,
     },
-    /// A material whose name is not one line.
-    #[error("`materials[{index}]` holds a line break")]
+    /// The name of the material is longer than one line.
+    #[error("`materials[{index}]` contains a line break")]
     LineBreak {
-        /// Place of the name.
+        /// Index of the material.
         index: usize,
     },
-    /// More elements than 32 bits can count.
+    /// The array has more elements than 32 bits can count.
     #[error("`{array}` has more than 2^32 − 2 elements")]
     TooLarge {
         /// Name of the array.
@@ -177,7 +177,7 @@ impl Arrays {
                 return Err(ArrayError::TooLarge { array });
             }
         }
-        // Without indices of the corners, attributes belong to the source vertices.
+        // Attributes without indices for the corners belong to the source vertices.
         let of_vertices = |values: usize, of_corners: &[_]| if of_corners.is_empty() { values } else { 0 };
         for (array, found, needed, each) in [
             ("colours", self.colours.len(), vertices, "position"),
@@ -215,7 +215,7 @@ fn in_range(
 mod tests {
     use super::*;
 
-    /// A square of two triangles with everything that arrays can hold.
+    /// A square of two triangles with every attribute.
     fn square() -> Arrays {
         Arrays {
             positions: vec![DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y],
@@ -268,7 +268,7 @@ mod tests {
             (&|a| a.faces.push([1, 2]), "`corner_uvs` has 6 elements and needs 8, one for each corner"),
             (&|a| a.corner_normals[4] = Some(7), "`corner_normals[4]` names element 7 of `normals`, which has 1"),
             (&|a| a.face_materials[1] = Some(1), "`face_materials[1]` names element 1 of `materials`, which has 1"),
-            (&|a| a.materials[0] = "a\nb".into(), "`materials[0]` holds a line break"),
+            (&|a| a.materials[0] = "a\nb".into(), "`materials[0]` contains a line break"),
         ];
         for (edit, words) in cases {
             assert_eq!(with(edit), words);

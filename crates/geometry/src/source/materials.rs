@@ -1,27 +1,27 @@
-//! Material libraries: what they hold, and how the map joins them.
+//! Material libraries: reading their materials, and adding the maps to those of a carrier.
 
 use crate::source::MeshData;
 
-/// Material of carrier faces that had none.
+/// Name of the material that carrier faces without a material get.
 pub const CARRIER_MATERIAL: &str = "planish";
 
-/// A material as far as planish uses it.
+/// The properties of a material that planish uses.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Material {
-    /// `newmtl`.
+    /// Name (`newmtl`).
     pub name: String,
-    /// `Kd`, linear.
+    /// Diffuse colour (`Kd`): linear red, green and blue.
     pub diffuse: Option<[f32; 3]>,
-    /// `map_Kd` without its options.
+    /// File of the diffuse texture (`map_Kd` without its options).
     pub diffuse_texture: Option<String>,
 }
 
-/// A library that cannot be understood.
+/// The material library cannot be read; the text says why.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the material library cannot be read: {0}")]
 pub struct MaterialError(String);
 
-/// Reads a material library.
+/// Reads the materials of a library.
 pub fn read(bytes: &[u8]) -> Result<Vec<Material>, MaterialError> {
     let plain = plain_colours(bytes);
     let (materials, _) = tobj::load_mtl_buf(&mut plain.as_slice()).map_err(|e| MaterialError(e.to_string()))?;
@@ -32,8 +32,8 @@ pub fn read(bytes: &[u8]) -> Result<Vec<Material>, MaterialError> {
     Ok(materials.into_iter().map(convert).collect())
 }
 
-/// The library in UTF-8 with colours in the one spelling that the reader takes: it panics at the legal `Kd 0.5`
-/// (grey) and gives up at `Kd spectral FILE` and `Kd xyz …`, which are left out.
+/// Rewrites a library in UTF-8 with all colours as three numbers, because `tobj` panics at the legal `Kd 0.5` (grey) and
+/// fails at `Kd spectral FILE` and `Kd xyz …`, which are left out.
 fn plain_colours(bytes: &[u8]) -> Vec<u8> {
     let text = String::from_utf8_lossy(bytes);
     let mut out = String::with_capacity(text.len());
@@ -61,18 +61,18 @@ fn is_numeric(keyword: &str) -> bool {
     matches!(keyword, "Ka" | "Kd" | "Ks" | "Ke" | "Ns" | "Ni" | "d" | "Tr" | "illum")
 }
 
-/// Number of arguments of an option of a texture statement; none where the word is no option.
+/// Largest number of arguments of an option of a texture statement; `None` if the word is no option.
 fn option_arguments(word: &str) -> Option<usize> {
     match word {
         "-blendu" | "-blendv" | "-bm" | "-boost" | "-cc" | "-clamp" | "-imfchan" | "-texres" | "-type" => Some(1),
         "-mm" => Some(2),
-        // Up to three numbers: the caller takes those that are numbers.
+        // One to three numbers: the caller stops at the first word that is no number.
         "-o" | "-s" | "-t" => Some(3),
         _ => None,
     }
 }
 
-/// The file name behind the options of a texture statement; it may hold blanks.
+/// Finds the file name behind the options of a texture statement; the name may contain blanks.
 pub fn file_name(arguments: &str) -> &str {
     let mut rest = arguments.trim();
     loop {
@@ -90,12 +90,12 @@ pub fn file_name(arguments: &str) -> &str {
     }
 }
 
-/// Whether a statement names a texture file.
+/// Returns true if a statement names a texture file.
 fn names_texture(keyword: &str) -> bool {
     keyword.starts_with("map_") || matches!(keyword, "disp" | "norm" | "bump" | "decal" | "refl")
 }
 
-/// The files of all textures that a library names.
+/// Finds the files of all textures that a library names.
 pub fn textures(library: &[u8]) -> Vec<String> {
     let text = String::from_utf8_lossy(library);
     let statement = |line: &str| {
@@ -105,36 +105,38 @@ pub fn textures(library: &[u8]) -> Vec<String> {
     text.lines().filter_map(statement).collect()
 }
 
-/// What is said of the maps in a carrier's materials.
+/// Statements that refer to the baked maps in the materials of a carrier.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MapStatements<'a> {
-    /// `disp`
+    /// Displacement map (`disp`).
     pub displacement: Option<DisplacementStatement<'a>>,
-    /// `norm`: file of the normal map.
+    /// File of the normal map (`norm`).
     pub normal: Option<&'a str>,
 }
 
-/// `disp -mm base gain file`
+/// The statement `disp -mm base gain file`, with which a client computes p + (base + gain · texel) · n.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DisplacementStatement<'a> {
     /// File of the displacement map.
     pub file: &'a str,
-    /// Height at texel zero as the statement wants it: clients add, so this is −λ·bias.
+    /// Height at texel 0, model units: −λ · bias, because clients add where planish subtracts.
     pub base: f64,
-    /// −λ·scale.
+    /// Height at texel 1 minus that at texel 0, model units: −λ · scale.
     pub gain: f64,
 }
 
-/// Names of the materials in libraries.
+/// Names of the materials that libraries define.
 fn defined(libraries: &[Vec<u8>]) -> Vec<&[u8]> {
     let lines = libraries.iter().flat_map(|library| library.split(|&b| b == b'\n'));
     lines.filter_map(|line| Some(line.trim_ascii().strip_prefix(b"newmtl")?.trim_ascii())).collect()
 }
 
-/// A carrier's material library: the user's libraries one after the other, each material with `disp -mm` and `norm`,
-/// its former `disp`, `norm` and `bump` statements left out, and the names of texture files passed through
-/// `relocate`, because the carrier may lie in another folder. Last come grey ones for those that no library holds, and
-/// [`CARRIER_MATERIAL`] where some faces have none of their own.
+/// Writes the material library of a carrier: the user's libraries one after the other, with `disp -mm` and `norm` statements
+/// for the maps in each material.
+///
+/// Earlier `disp`, `norm` and `bump` statements are left out, and names of texture files are passed through `relocate`,
+/// because the carrier may be in another folder. Materials that no library defines follow in grey, and [`CARRIER_MATERIAL`]
+/// if some faces have no material.
 pub fn carrier_library(
     mesh: &MeshData,
     libraries: &[Vec<u8>],
@@ -149,7 +151,7 @@ pub fn carrier_library(
     for library in libraries {
         for line in library.split(|&b| b == b'\n') {
             let line = line.trim_ascii_end();
-            // Names in any encoding are copied as bytes; only statements about textures are looked into.
+            // Names in any encoding are copied as bytes; only statements about textures are parsed.
             let text = String::from_utf8_lossy(line);
             let mut words = text.split_whitespace();
             match words.next().unwrap_or("") {
@@ -173,10 +175,10 @@ pub fn carrier_library(
         }
     }
     let defined = defined(libraries);
-    // Materials whose library is missing, and faces that have none, could not be displaced by a client otherwise.
+    // Clients displace by a material only, so each face needs one, even if its library is missing.
     let missing = mesh.materials().iter().map(Vec::as_slice).filter(|name| !defined.contains(name));
-    let none = mesh.has_faces_without_material().then_some(CARRIER_MATERIAL.as_bytes());
-    for name in missing.chain(none) {
+    let unnamed = mesh.has_faces_without_material().then_some(CARRIER_MATERIAL.as_bytes());
+    for name in missing.chain(unnamed) {
         out.extend_from_slice(b"newmtl ");
         out.extend_from_slice(name);
         out.extend_from_slice(format!("\n{added}Kd 0.8 0.8 0.8\nKs 0.1 0.1 0.1\nNs 20\nillum 2\n").as_bytes());

@@ -1,4 +1,4 @@
-//! Mesh data as every reader gives it: numbers and indices, whatever format they came in.
+//! Mesh data as every reader returns it: numbers and indices, whatever their format.
 
 use crate::mesh::jagged::{Index, Ragged};
 use glam::{DVec2, DVec3, Vec2};
@@ -15,31 +15,32 @@ pub struct Corner {
 impl Corner {
     const ABSENT: Index = Index::MAX;
 
-    /// A corner that names a source vertex, and perhaps a texture coordinate and a normal.
+    /// Builds a corner from the index of its source vertex and, if it has them, of its texture coordinate and normal.
     pub fn new(position: Index, uv: Option<Index>, normal: Option<Index>) -> Self {
         Self { position, uv: uv.unwrap_or(Self::ABSENT), normal: normal.unwrap_or(Self::ABSENT) }
     }
-    /// Index of the texture coordinate, where the corner names one.
+    /// Index of the texture coordinate; `None` if the corner names none.
     pub fn uv(self) -> Option<Index> {
         (self.uv != Self::ABSENT).then_some(self.uv)
     }
-    /// Index of the normal, where the corner names one.
+    /// Index of the normal; `None` if the corner names none.
     pub fn normal(self) -> Option<Index> {
         (self.normal != Self::ABSENT).then_some(self.normal)
     }
 }
 
-/// Faces of one material; they end where the next run begins.
+/// Consecutive faces of one material, which end where the next run begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct MaterialRun {
+    /// Index of the first face.
     pub(crate) first_face: Index,
-    /// Index in [`MeshData::materials`]; `None` for faces without a material.
+    /// Index of the material in [`MeshData::materials`]; `None` for faces without a material.
     pub(crate) material: Option<Index>,
 }
 
-/// Positions, faces and all that corners and faces name.
+/// Positions, faces, and the attributes that corners and faces name.
 ///
-/// A source vertex is one position as the source lists it; welding ([`weld`](crate::mesh::weld)) makes vertices of them.
+/// A source vertex is one position as the source lists it; welding ([`weld`](crate::mesh::weld)) merges them into vertices.
 ///
 /// Invariant: positions are finite, faces have at least three corners, indices are in range, and there are fewer than
 /// 2³² − 1 elements of each kind. Readers guarantee it; arrays come through the checks of
@@ -61,15 +62,15 @@ impl MeshData {
     pub fn positions(&self) -> &[DVec3] {
         &self.positions
     }
-    /// Red, green and blue of the source vertices as the source has them; empty unless each has a colour. #v×3
+    /// Colours of the source vertices as in the source: red, green and blue; empty unless each has one. #v×3
     pub fn colours(&self) -> &[[f32; 3]] {
         &self.colours
     }
-    /// Texture coordinates, v up; files may hold NaN here. #vt×2
+    /// Texture coordinates, v up; those of a file may be NaN. #vt×2
     pub fn uvs(&self) -> &[DVec2] {
         &self.uvs
     }
-    /// Normals as the source has them, of any length; files may hold NaN here. #vn×3
+    /// Normals as in the source, of any length; those of a file may be NaN. #vn×3
     pub fn normals(&self) -> &[DVec3] {
         &self.normals
     }
@@ -77,7 +78,7 @@ impl MeshData {
     pub fn faces(&self) -> &Ragged<Corner> {
         &self.faces
     }
-    /// Line of a face in its file, counted from 1; `None` where the source has no lines.
+    /// Line of a face in its file, counted from 1; `None` if the source has no lines.
     pub fn face_line(&self, face: Index) -> Option<u32> {
         self.face_lines.get(face as usize).copied()
     }
@@ -85,19 +86,19 @@ impl MeshData {
     pub fn materials(&self) -> &[Vec<u8>] {
         &self.materials
     }
-    /// Material of a face as an index into [`Self::materials`], where the face has one.
+    /// Index of the material of a face in [`Self::materials`]; `None` if the face has no material.
     pub fn face_material(&self, face: Index) -> Option<Index> {
-        let begun = self.material_runs.partition_point(|run| run.first_face <= face);
-        self.material_runs[begun.checked_sub(1)?].material
+        let count = self.material_runs.partition_point(|run| run.first_face <= face);
+        self.material_runs[count.checked_sub(1)?].material
     }
-    /// Whether some face has no material.
+    /// Returns true if some face has no material.
     pub fn has_faces_without_material(&self) -> bool {
         let count = self.faces.len() as Index;
         let first = self.material_runs.first().map_or(count, |run| run.first_face);
         first > 0 || self.material_runs.iter().any(|run| run.material.is_none() && run.first_face < count)
     }
 
-    /// The mesh with other texture coordinates (#vt×2); `corners` says for each corner which one (#c).
+    /// Returns the mesh with other texture coordinates (#vt×2, v up); `corners` has the index of one for each corner (#c).
     ///
     /// # Panics
     /// If there is not one index for each corner, or one is out of range.

@@ -1,4 +1,4 @@
-//! A mesh understood: its welded surface, its normals, its layout, and what is wrong with it.
+//! A mesh with everything that follows from it: its welded surface, normals, UV layout and defects.
 
 use crate::mesh::atlas::{Atlas, AtlasError};
 use crate::mesh::jagged::{Index, Ragged};
@@ -12,7 +12,7 @@ use glam::{DVec3, Vec3};
 use serde::Serialize;
 
 named! {
-    /// Where the vertex normals of a mesh come from.
+    /// Source of the vertex normals of a mesh.
     #[derive(Default)]
     pub enum NormalSource {
         /// Normals of the file, averaged at each vertex; angle-weighted where a vertex has none.
@@ -27,12 +27,12 @@ named! {
     }
 }
 
-/// No face of the source names a usable normal.
+/// The source has no normals: no face names one that is finite and not zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the file has no normals (no face names a `vn`)")]
 pub struct NoFileNormals;
 
-/// A mesh as it was given, and the surface in it.
+/// A mesh as it was given, and its welded surface.
 #[derive(Clone, Debug)]
 pub struct Model {
     source: Source,
@@ -41,28 +41,28 @@ pub struct Model {
     tidy: TidyFaces,
 }
 
-/// What a user should know about a surface; all of it is handled, none of it refused.
+/// Defects of a surface that a user should know about. None of them is an error: all are handled.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Defects {
-    /// Vertices that no face uses.
+    /// Number of vertices that no face uses.
     pub isolated_vertices: usize,
-    /// Edges with one face.
+    /// Number of edges with one face.
     pub boundary_edges: usize,
-    /// Edges with three faces or more.
+    /// Number of edges with three or more faces.
     pub non_manifold_edges: usize,
-    /// Vertices whose faces are not one fan.
+    /// Number of vertices whose faces do not form one fan.
     pub non_manifold_vertices: usize,
-    /// Edges whose two faces disagree about which side is outside.
+    /// Number of edges whose two faces have inconsistent orientation: one of them is flipped.
     pub misoriented_edges: usize,
-    /// Faces with fewer than three different vertices; left out of the surface.
+    /// Number of faces with fewer than three different vertices, which are left out of the surface.
     pub degenerate_faces: usize,
-    /// Faces that repeat an earlier one; left out of the surface.
+    /// Number of faces with the same vertices as an earlier one, which are left out of the surface.
     pub duplicate_faces: usize,
-    /// Faces without area, kept.
+    /// Number of faces without area, which are kept.
     pub zero_area_faces: usize,
-    /// Line of the first degenerate face in its file, where it has lines.
+    /// Line of the first degenerate face in its file, counted from 1; `None` without such a face or without lines.
     pub first_degenerate_line: Option<u32>,
-    /// Line of the first duplicate face in its file, where it has lines.
+    /// Line of the first duplicate face in its file, counted from 1; `None` without such a face or without lines.
     pub first_duplicate_line: Option<u32>,
 }
 
@@ -87,23 +87,23 @@ impl Model {
     pub fn source(&self) -> &Source {
         &self.source
     }
-    /// Numbers and indices of the mesh as it was given.
+    /// Numbers and indices of the mesh as they were given.
     pub fn data(&self) -> &MeshData {
         self.source.data()
     }
-    /// Vertices that the source vertices became.
+    /// Vertex that each source vertex became.
     pub fn weld(&self) -> &Weld {
         &self.weld
     }
-    /// The welded surface without degenerate and duplicate faces.
+    /// Welded surface, without degenerate and duplicate faces.
     pub fn surface(&self) -> &Surface {
         &self.surface
     }
-    /// Face of the source behind a face of the surface.
+    /// Index in the source of a face of the surface.
     pub fn source_face(&self, face: Index) -> Index {
         self.tidy.source_faces[face as usize]
     }
-    /// Corner of the source behind a corner of the surface.
+    /// Corner in the source of a corner of the surface.
     pub fn source_corner(&self, corner: Index) -> Corner {
         self.data().faces().items()[self.tidy.source_corners[corner as usize] as usize]
     }
@@ -112,17 +112,16 @@ impl Model {
     pub(crate) fn source_corner_index(&self, corner: Index) -> Index {
         self.tidy.source_corners[corner as usize]
     }
-    /// The UV layout.
+    /// Builds the UV layout of the surface.
     pub fn atlas(&self) -> Result<Atlas, AtlasError> {
         let corners = 0..self.surface.topology().faces().items().len() as Index;
         Atlas::new(&self.surface, self.data().uvs(), corners.map(|c| self.source_corner(c).uv()))
     }
-    /// Unit normal of each vertex in single precision, as baker, carrier and shader use it; zero where there is none.
-    /// #V×3
+    /// Unit normal of each vertex in single precision, as bake, carrier and shader use it; zero at vertices without one. #V×3
     pub fn displacement_normals(&self, source: NormalSource) -> Result<Vec<Vec3>, NoFileNormals> {
         Ok(self.vertex_normals(source)?.into_iter().map(DVec3::as_vec3).collect())
     }
-    /// Unit normal of each vertex; zero where there is none. #V×3
+    /// Unit normal of each vertex; zero at vertices without one. #V×3
     pub fn vertex_normals(&self, source: NormalSource) -> Result<Vec<DVec3>, NoFileNormals> {
         let weight = match source {
             NormalSource::File => return self.file_normals(),
@@ -154,9 +153,9 @@ impl Model {
         Ok(normals)
     }
 
-    /// New values for the normals of the source (#vn) that fit other positions of the vertices (#V×3): each becomes the
-    /// angle-weighted mean over the faces whose corners name it, so hard edges and shared normals stay what they are.
-    /// A normal that no face names keeps its value.
+    /// Recomputes the normals of the source (#vn×3) for other positions of the vertices (#V×3, model units). Each becomes the
+    /// angle-weighted unit mean over the faces whose corners name it, so hard edges stay hard and smooth ones smooth. A
+    /// normal that no face names keeps its value.
     pub fn updated_file_normals(&self, positions: &[DVec3]) -> Vec<DVec3> {
         let moved = self.surface.at(positions.to_vec());
         let faces = normals::face_normals(&moved);
@@ -171,7 +170,7 @@ impl Model {
         sums.iter().zip(kept).map(|(sum, kept)| sum.try_normalize().unwrap_or(*kept)).collect()
     }
 
-    /// Counts what is odd about the surface.
+    /// Counts the defects of the surface.
     pub fn defects(&self) -> Defects {
         let topology = self.surface.topology();
         let edges = |kind| (0..topology.edges().len() as Index).filter(|&e| topology.edge_kind(e) == kind).count();

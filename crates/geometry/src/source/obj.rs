@@ -1,7 +1,7 @@
-//! OBJ bytes in, OBJ bytes out: what planish does not change stays byte for byte.
+//! Reading and writing OBJ files, where everything that planish does not change stays byte for byte.
 //!
-//! The reader keeps the file and gives the numbers; the writers ([`Obj::with_positions`], [`Obj::carrier`])
-//! walk over the statements again and replace the tokens that changed, nothing else. Meshes that were no OBJ are printed.
+//! The reader keeps the bytes of the file beside its numbers. The writers ([`Obj::with_positions`], [`Obj::carrier`]) walk
+//! over the statements again and replace the tokens that changed, nothing else. Meshes from other sources are printed anew.
 
 mod parse;
 mod print;
@@ -14,24 +14,24 @@ use crate::source::MeshData;
 pub use parse::{ObjError, ObjErrorKind};
 pub(crate) use print::{print, print_carrier};
 
-/// Things in an OBJ file besides its mesh data; all of them are kept when the file is written.
+/// Contents of an OBJ file besides its mesh data; all of them are kept when the file is written.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Extras {
-    /// `mtllib` arguments in the file's order (bytes: the format names no encoding).
+    /// Arguments of the `mtllib` statements in the order of the file, as bytes, because the format names no encoding.
     pub material_libraries: Vec<Vec<u8>>,
-    /// `o` statements.
+    /// Number of `o` statements.
     pub objects: usize,
-    /// `g` statements.
+    /// Number of `g` statements.
     pub groups: usize,
-    /// `s` statements.
+    /// Number of `s` statements.
     pub smoothing_groups: usize,
-    /// `l` elements.
+    /// Number of `l` statements.
     pub lines: usize,
-    /// `p` elements.
+    /// Number of `p` statements.
     pub points: usize,
-    /// `v` lines with more than three numbers (w or colours).
+    /// Number of `v` lines with more than three numbers (w or colours).
     pub extended_vertices: usize,
-    /// Statements planish has no use for, such as free-form curves.
+    /// Number of statements that planish has no use for, such as free-form curves.
     pub other: usize,
 }
 
@@ -45,18 +45,18 @@ pub struct Obj {
 }
 
 impl Obj {
-    /// Reads a file. Every coordinate is finite and every index in range afterwards.
+    /// Reads a file and checks that every position is finite and every index in range.
     ///
-    /// Understands negative and forward indices, all corner spellings, continuations, inline comments,
-    /// every line ending, and names in any encoding.
+    /// The reader understands negative and forward indices, all corner spellings, continuations, inline comments, every line
+    /// ending, and names in any encoding.
     pub fn parse(bytes: Vec<u8>) -> Result<Self, ObjError> {
         parse::parse(bytes)
     }
-    /// The file as it was read.
+    /// Bytes of the file as they were read.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
-    /// The file without the numbers that were read from it.
+    /// Returns the bytes of the file and drops the rest.
     pub fn into_bytes(self) -> Vec<u8> {
         self.bytes
     }
@@ -65,11 +65,11 @@ impl Obj {
     pub fn data(&self) -> &MeshData {
         &self.data
     }
-    /// `vt` lines that are not finite: index and line. They matter only to who needs UVs.
+    /// Index and line of each `vt` line with a number that is not finite; an error only for callers that need UVs.
     pub fn non_finite_uvs(&self) -> &[(Index, u32)] {
         &self.non_finite_uvs
     }
-    /// Things in the file besides its mesh data.
+    /// Contents of the file besides its mesh data.
     pub fn extras(&self) -> &Extras {
         &self.extras
     }

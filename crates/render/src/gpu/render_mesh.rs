@@ -4,7 +4,7 @@ use crate::gpu::types::{Extra, Vertex, Wedge};
 use crate::mesh::Side;
 use crate::scene::Scene;
 use glam::{Vec2, Vec4};
-use planish_geometry::map::displacement::Place;
+use planish_geometry::map::displacement::SampleAt;
 use planish_geometry::map::tangents::Tangent;
 use std::ops::Range;
 
@@ -105,10 +105,10 @@ fn vertex(scene: &Scene, v: usize) -> (Vertex, Extra) {
         let of_map = &relief.vertices[v];
         vertex.normal = of_map.normal;
         extra.tangent = frame(of_map.tangent);
-        match of_map.place {
+        match of_map.sample_at {
             None => {}
-            Some(Place::Uv(uv)) => (vertex.place, extra.uv) = (1, uv),
-            Some(Place::Texel(texel)) => (vertex.place, vertex.texel) = (2, texel),
+            Some(SampleAt::Uv(uv)) => (vertex.place, extra.uv) = (1, uv),
+            Some(SampleAt::Texel(texel)) => (vertex.place, vertex.texel) = (2, texel),
         }
     }
     (vertex, extra)

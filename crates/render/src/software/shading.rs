@@ -17,7 +17,7 @@ use crate::scene::Scene;
 use crate::settings::ground::Show;
 use crate::settings::{Overlay, Range, Sampling, Settings, Shading};
 use glam::{Mat3, Vec2, Vec3, Vec4};
-use planish_geometry::map::displacement::{Place, Weights};
+use planish_geometry::map::displacement::{SampleAt, Weights};
 use planish_geometry::map::tangents::Tangent;
 use planish_geometry::metrics::colormap::Colormap;
 
@@ -272,7 +272,7 @@ impl<'a> Shader<'a> {
 fn bumped(relief: &Relief, lift: f32, uv: Vec2, [dp_du, dp_dv]: [Vec3; 2], normal: Vec3) -> Vec3 {
     let size = relief.map.size();
     let texel = 1.0 / Vec2::new(size.width as f32, size.height as f32);
-    let at = |uv: Vec2| relief.map.texel_at(0, Place::Uv(uv), Weights::Exact);
+    let at = |uv: Vec2| relief.map.texel_at(0, SampleAt::Uv(uv), Weights::Exact);
     let (across, up) = (Vec2::new(texel.x, 0.0), Vec2::new(0.0, texel.y));
     let slope = lift * 0.5 * Vec2::new(at(uv + across) - at(uv - across), at(uv + up) - at(uv - up)) / texel;
     let det = normal.dot(dp_du.cross(dp_dv));

@@ -4,7 +4,7 @@ use crate::support::{no_complaints, renderer};
 use glam::{Mat4, Vec2, Vec3};
 use image::RgbaImage;
 use planish_geometry::map::displace::ShaderVertex;
-use planish_geometry::map::displacement::{Displacement, Encoding, MapKind, Place, TexelFormat};
+use planish_geometry::map::displacement::{Displacement, Encoding, MapKind, SampleAt, TexelFormat};
 use planish_geometry::map::tangents::Tangent;
 use planish_geometry::map::{HeightMap, Size as MapSize};
 use planish_render::colour::Colour;
@@ -283,7 +283,7 @@ fn shadows_follow_the_displaced_surface() {
         normal: Vec3::X,
         tangent: Tangent::default(),
         // The speck stays.
-        place: (i < 4).then_some(Place::Uv(Vec2::splat(0.5))),
+        sample_at: (i < 4).then_some(SampleAt::Uv(Vec2::splat(0.5))),
     };
     let vertices = scene.mesh().positions.iter().enumerate().map(vertex).collect();
     scene.relief = Some(Relief::new(scene.mesh(), map, vertices, Sense::PutOn));

@@ -12,7 +12,7 @@ use bytemuck::{Pod, Zeroable};
 use drawing::Drawing;
 use glam::{Vec2, Vec3};
 use planish_geometry::map::displace::baked_vertices;
-use planish_geometry::map::displacement::{Displacement, MapKind, Place};
+use planish_geometry::map::displacement::{Displacement, MapKind, SampleAt};
 use planish_geometry::map::manifest::Manifest;
 use planish_geometry::metrics::Triangles;
 use planish_geometry::source::Source;
@@ -54,9 +54,9 @@ fn open(path: &Path) -> Result<Scan, Box<dyn Error>> {
     // The carrier is the mesh with the normals that the map displaces along.
     let carrier: Source = Obj::parse(read(path.with_file_name(&manifest.carrier.obj))?)?.into();
     let vertices = baked_vertices(&carrier, &manifest, &|| None)?.into_iter().map(|v| {
-        let (normal, uv, texel) = match v.place {
-            Some(Place::Uv(uv)) => (v.normal, uv, u32::MAX),
-            Some(Place::Texel(texel)) => (v.normal, Vec2::ZERO, texel),
+        let (normal, uv, texel) = match v.sample_at {
+            Some(SampleAt::Uv(uv)) => (v.normal, uv, u32::MAX),
+            Some(SampleAt::Texel(texel)) => (v.normal, Vec2::ZERO, texel),
             // A vertex that samples nowhere stays.
             None => (Vec3::ZERO, Vec2::ZERO, u32::MAX),
         };

@@ -1,4 +1,4 @@
-//! Texels as image files, and back.
+//! Encoding of texels as image files, and decoding of such files.
 
 use crate::map::sampling::Size;
 use crate::named;
@@ -34,7 +34,7 @@ impl std::fmt::Display for FileFormat {
 }
 
 impl FileFormat {
-    /// Extension of file names.
+    /// Extension of file names, without a dot.
     pub fn extension(self) -> &'static str {
         match self {
             Self::Png => "png",
@@ -42,7 +42,7 @@ impl FileFormat {
             Self::Tiff => "tif",
         }
     }
-    /// Media type of the format.
+    /// Media type (MIME type) of the format.
     pub fn media_type(self) -> &'static str {
         match self {
             Self::Png => "image/png",
@@ -56,22 +56,22 @@ impl FileFormat {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(into = "Parts", try_from = "Parts")]
 pub enum TexelFormat {
-    /// Integers of 8 bits.
+    /// PNG with integers of 8 bits.
     Png8,
-    /// Integers of 16 bits.
+    /// PNG with integers of 16 bits.
     #[default]
     Png16,
-    /// Integers of 16 bits.
+    /// TIFF with integers of 16 bits.
     Tiff16,
-    /// Single precision.
+    /// TIFF with floating point of 32 bits (single precision).
     Tiff32,
-    /// Half precision.
+    /// EXR with floating point of 16 bits (half precision).
     Exr16,
-    /// Single precision.
+    /// EXR with floating point of 32 bits (single precision).
     Exr32,
 }
 
-/// The same as two fields of a manifest.
+/// A texel format as the two fields that a manifest has for it.
 #[derive(Serialize, Deserialize)]
 struct Parts {
     format: FileFormat,
@@ -127,6 +127,7 @@ impl TexelFormat {
             Self::Tiff32 | Self::Exr32 => 32,
         }
     }
+    /// Storage of a texel of this format.
     pub(super) fn stored(self) -> Stored {
         match self {
             Self::Png8 => Stored::Integers(255),
@@ -243,16 +244,16 @@ fn interleaved<T>(planes: &[Vec<f32>], convert: impl Fn(f32) -> T) -> Vec<T> {
     (0..texels).flat_map(|i| planes.iter().map(move |plane| plane[i])).map(convert).collect()
 }
 
-/// The first `planes` of `channels` channels. Grey stands for all three colours where these are asked for: an editor
-/// may have dropped two equal ones.
+/// Separates the first `planes` channels of an image with `channels` of them. If three planes are asked for, grey stands for
+/// all, because an editor may have merged three equal channels.
 fn deinterleaved<T: Copy>(samples: &[T], channels: usize, planes: usize, convert: impl Fn(T) -> f32) -> Planes {
-    // Grey with opacity is the one case of two channels.
+    // An image with two channels is grey with opacity.
     let colours = if channels < 3 { 1 } else { 3 };
     let plane = |k: usize| samples.iter().skip(k.min(colours - 1)).step_by(channels).map(|t| convert(*t)).collect();
     (0..planes).map(plane).collect()
 }
 
-/// A PNG without gamma or colour profile; compressed fast, because noise hardly compresses.
+/// Encodes a PNG without gamma and colour profile, with fast compression, because noise hardly compresses.
 pub(crate) fn png(bytes: &[u8], size: Size, colour: ExtendedColorType) -> Result<Vec<u8>, EncodeError> {
     use image::ImageEncoder as _;
     use image::codecs::png::{CompressionType, FilterType, PngEncoder};
@@ -295,7 +296,7 @@ where
 fn decode_png(bytes: &[u8], planes: usize) -> Result<Decoded, DecodeError> {
     let failed = |e: image::ImageError| DecodeError::Image { format: "PNG", reason: e.to_string() };
     let mut reader = image::ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
-    // Sizes are checked against the manifest, whose own are bounded.
+    // The size is checked against the manifest, whose sizes are bounded.
     reader.no_limits();
     let image = reader.decode().map_err(failed)?;
     let size = Size { width: image.width(), height: image.height() };
@@ -344,7 +345,7 @@ fn decode_tiff(bytes: &[u8], planes: usize, expected: Size) -> Result<Decoded, D
     let (width, height) = decoder.dimensions().map_err(failed)?;
     let size = Size { width, height };
     if size != expected {
-        // Before any memory is asked for: a few bytes may claim any size.
+        // This is checked before memory is allocated, because a few bytes may claim any size.
         let say = |size: Size| format!("{} × {} texels", size.width, size.height);
         return Err(DecodeError::Texels { found: say(size), expected: say(expected) });
     }

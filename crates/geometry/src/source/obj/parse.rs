@@ -1,4 +1,4 @@
-//! The reader.
+//! Reader of OBJ files.
 
 use super::scan::{self, Statement, Statements, Tokens};
 use super::{Extras, Obj};
@@ -8,85 +8,85 @@ use crate::source::{Corner, MeshData};
 use glam::DVec2;
 use std::ops::Range;
 
-/// Why a file cannot be read.
+/// Error in an OBJ file: what is wrong and in which line.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}{kind}", line.map(|line| format!("line {line}: ")).unwrap_or_default())]
 pub struct ObjError {
-    /// Line at fault, counted from 1; none where the file as a whole is.
+    /// Line of the error, counted from 1; `None` if the file as a whole is wrong.
     pub line: Option<u32>,
-    /// What is wrong.
+    /// Kind of the error.
     pub kind: ObjErrorKind,
 }
 
-/// What is wrong with a file.
+/// Kinds of errors in an OBJ file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ObjErrorKind {
-    /// Zero bytes.
+    /// The file has no bytes.
     #[error("the file is empty")]
     Empty,
-    /// NUL bytes near the start.
+    /// The file has a NUL byte near its start, so it is not text.
     #[error("this is a binary file, not an OBJ (byte {offset} is NUL)")]
     Binary {
-        /// Of the first NUL.
+        /// Offset of the first NUL byte.
         offset: usize,
     },
-    /// No `v` statement.
+    /// The file has no `v` statement.
     #[error("no vertices: there is no `v` statement, so this is not an OBJ mesh")]
     NoVertices,
-    /// No `f` statement.
+    /// The file has no `f` statement.
     #[error("no faces: there is no `f` statement, and planish works on surfaces")]
     NoFaces,
-    /// A token that should be a number.
+    /// The token should be a number.
     #[error("`{0}` is not a number")]
     NotANumber(String),
-    /// NaN or infinity as a coordinate.
+    /// The coordinate is NaN or infinite.
     #[error("coordinate `{0}` is not finite")]
     NotFinite(String),
-    /// Too few numbers after the keyword.
+    /// The statement has too few numbers.
     #[error("`{keyword}` needs {needed} numbers, found {found}")]
     TooFewNumbers {
-        /// `v`, `vt` or `vn`.
+        /// Keyword of the statement: `v`, `vt` or `vn`.
         keyword: &'static str,
-        /// How many there must be.
+        /// Number of numbers that the statement needs.
         needed: usize,
-        /// How many there are.
+        /// Number of numbers that it has.
         found: usize,
     },
-    /// A face with fewer than three corners.
+    /// The face has fewer than three corners; the number is how many it has.
     #[error("a face needs at least three corners, found {0}")]
     TooFewCorners(usize),
-    /// A corner that is not `v`, `v/vt`, `v//vn` or `v/vt/vn`.
+    /// The corner is not spelled `v`, `v/vt`, `v//vn` or `v/vt/vn`.
     #[error("`{0}` is not a face corner (v, v/vt, v//vn or v/vt/vn)")]
     BadCorner(String),
-    /// Indices count from 1.
+    /// The corner has an index 0, but indices count from 1.
     #[error("index 0 in `{0}`: OBJ counts from 1")]
     ZeroIndex(String),
-    /// An index that names no line.
+    /// The index names no line.
     #[error("index {index} names no `{keyword}` line: there are {count}")]
     OutOfRange {
-        /// `v`, `vt` or `vn`.
+        /// Keyword of the lines that the index counts: `v`, `vt` or `vn`.
         keyword: &'static str,
-        /// As written.
+        /// Index as it is written, counted from 1 or, if negative, backwards from the line.
         index: i64,
-        /// Lines there are (for a negative index: so far).
+        /// Number of such lines in the file; for a negative index, before the line.
         count: usize,
     },
-    /// More vertices or corners than 32 bits can count.
+    /// The file has more vertices or corners than 32 bits can count.
     #[error("more than 2^32 − 2 elements")]
     TooLarge,
 }
 
-/// Bytes at the start in which a NUL means "binary".
+/// Number of bytes at the start of a file that are searched for a NUL, the sign of a binary file.
 const SNIFFED: usize = 4096;
 
-/// A token for an error message, not longer than a line.
+/// Text of a token for an error message, cut to 40 characters and escaped.
 fn shown(token: &[u8]) -> String {
     let text: String = String::from_utf8_lossy(token).chars().take(40).collect();
     text.escape_debug().to_string()
 }
 
-/// The largest index seen, to be checked when all lines are known: faces may come first.
+/// Largest index of one kind so far. It is checked when all lines are known, because faces may come before vertices.
 #[derive(Default)]
 struct Highest {
     index: Index,
@@ -94,7 +94,7 @@ struct Highest {
 }
 
 impl Highest {
-    fn see(&mut self, index: Index, line: u32) {
+    fn update(&mut self, index: Index, line: u32) {
         if self.line == 0 || index > self.index {
             *self = Self { index, line };
         }
@@ -200,18 +200,18 @@ impl Reader<'_> {
                 return Err(ObjErrorKind::NotFinite(shown(token)));
             }
         }
-        let further = tokens.next();
-        self.extras.extended_vertices += usize::from(further.is_some());
-        // As soon as one has none, colours are no use.
+        let fourth = tokens.next();
+        self.extras.extended_vertices += usize::from(fourth.is_some());
+        // Colours are kept as long as every vertex has had one.
         if self.data.colours.len() == self.data.positions.len() {
-            let colour = further.and_then(|red| self.colour([Some(red), tokens.next(), tokens.next()]));
+            let colour = fourth.and_then(|red| self.colour([Some(red), tokens.next(), tokens.next()]));
             self.data.colours.extend(colour.filter(|_| tokens.next().is_none()));
         }
         self.data.positions.push(p.into());
         fits(self.data.positions.len())
     }
 
-    /// Three numbers behind the coordinates; a single one is a weight.
+    /// Reads the colour from three numbers after the coordinates; `None` if there are fewer, as a single one is a weight.
     fn colour(&self, tokens: [Option<Range<usize>>; 3]) -> Option<[f32; 3]> {
         let mut colour = [0.0; 3];
         for (x, token) in colour.iter_mut().zip(tokens) {
@@ -226,7 +226,7 @@ impl Reader<'_> {
             return Err(ObjErrorKind::TooFewNumbers { keyword: "vt", needed: 1, found: 0 });
         };
         let u = lenient(&self.bytes[u])?;
-        // v is optional and then 0.
+        // The second number is optional, with 0 as its default.
         let v = tokens.next().map_or(Ok(0.0), |token| lenient(&self.bytes[token]))?;
         let uv = DVec2::new(u, v);
         if !uv.is_finite() {
@@ -283,7 +283,7 @@ impl Reader<'_> {
                 })? as Index,
             };
             named[k] = Some(index);
-            self.highest[k].see(index, line);
+            self.highest[k].update(index, line);
         }
         let [position, uv, normal] = named;
         let position = position.filter(|p| *p != Index::MAX).ok_or_else(bad)?;
@@ -291,7 +291,7 @@ impl Reader<'_> {
     }
 }
 
-/// A decimal integer of at most 18 digits.
+/// Parses a decimal integer of at most 18 digits.
 fn integer(text: &[u8]) -> Option<i64> {
     let (negative, digits) = match text {
         [b'-', digits @ ..] => (true, digits),
@@ -311,8 +311,8 @@ fn integer(text: &[u8]) -> Option<i64> {
     Some(if negative { -value } else { value })
 }
 
-/// A number of a `vt` or `vn` line: exporters write NaN there in several spellings, and a mesh with
-/// broken shading can still be denoised.
+/// Parses a number of a `vt` or `vn` line; every spelling of NaN becomes NaN. Exporters write it there, and a mesh with broken
+/// shading can still be denoised.
 fn lenient(token: &[u8]) -> Result<f64, ObjErrorKind> {
     fast_float2::parse(token).or_else(|_| {
         let text = token.to_ascii_lowercase();
@@ -325,6 +325,7 @@ fn lenient(token: &[u8]) -> Result<f64, ObjErrorKind> {
     })
 }
 
+/// Returns an error if 32 bits cannot count so many elements.
 fn fits(count: usize) -> Result<(), ObjErrorKind> {
     if count < Index::MAX as usize { Ok(()) } else { Err(ObjErrorKind::TooLarge) }
 }

@@ -1,4 +1,4 @@
-//! The writer of meshes that were no OBJ file, and the lines that all writers write.
+//! Writer of meshes that did not come from an OBJ file, and the lines that all writers share.
 
 use crate::mesh::jagged::Index;
 use crate::source::materials::CARRIER_MATERIAL;
@@ -7,7 +7,7 @@ use glam::{DVec3, Vec2, Vec3};
 
 const EOL: &[u8] = b"\n";
 
-/// Mesh data as an OBJ file that reads back to the same numbers.
+/// Prints mesh data as an OBJ file that reads back to the same numbers.
 pub(crate) fn print(data: &MeshData) -> Vec<u8> {
     let mut out = Vec::new();
     push_positions(&mut out, data, data.positions());
@@ -17,8 +17,8 @@ pub(crate) fn print(data: &MeshData) -> Vec<u8> {
     out
 }
 
-/// Mesh data as the carrier of a displacement map: positions, one normal for each source vertex, where given one texture
-/// coordinate for each too, and a material library.
+/// Prints mesh data as the carrier of a displacement map; the parameters are those of
+/// [`Source::carrier`](crate::source::Source::carrier).
 ///
 /// # Panics
 /// If a list has not one element for each source vertex.
@@ -56,15 +56,15 @@ fn push_positions(out: &mut Vec<u8>, data: &MeshData, positions: &[DVec3]) {
     }
 }
 
-/// Faces with their materials. `said` is the material that readers assume before the first `usemtl`; none where all
-/// faces need one.
-fn push_faces(out: &mut Vec<u8>, data: &MeshData, mut said: Option<Option<Index>>, new: impl Fn(Corner) -> Corner) {
+/// Appends the faces with their materials. `current` is the material that a reader assumes before the first `usemtl`: `None`
+/// makes a `usemtl` precede the first face in any case.
+fn push_faces(out: &mut Vec<u8>, data: &MeshData, mut current: Option<Option<Index>>, new: impl Fn(Corner) -> Corner) {
     for (face, corners) in (0..).zip(data.faces().iter()) {
         let material = data.face_material(face);
-        if said != Some(material) {
+        if current != Some(material) {
             let name = material.map_or(CARRIER_MATERIAL.as_bytes(), |m| &data.materials()[m as usize]);
             push_line(out, "usemtl", name, EOL);
-            said = Some(material);
+            current = Some(material);
         }
         out.push(b'f');
         for corner in corners {
@@ -75,12 +75,12 @@ fn push_faces(out: &mut Vec<u8>, data: &MeshData, mut said: Option<Option<Index>
     }
 }
 
-/// A corner of a carrier: its normal has the number of the source vertex.
+/// Builds a corner of a carrier, whose normal has the index of the source vertex.
 pub(super) fn carrier_corner(position: Index, uv: Option<Index>) -> Corner {
     Corner::new(position, uv, Some(position))
 }
 
-/// Appends `v`, `v/vt`, `v//vn` or `v/vt/vn`.
+/// Appends a corner as `v`, `v/vt`, `v//vn` or `v/vt/vn`.
 pub(super) fn push_corner(out: &mut Vec<u8>, corner: Corner) {
     push_index(out, corner.position);
     if corner.uv().is_some() || corner.normal().is_some() {
@@ -134,7 +134,7 @@ mod tests {
     use crate::source::obj::Obj;
     use glam::DVec2;
 
-    /// A mesh with all that arrays can hold, and numbers that need all their digits.
+    /// A mesh with every attribute, and numbers that need all their digits.
     fn mesh() -> MeshData {
         let third = 1.0 / 3.0;
         let arrays = Arrays {
@@ -166,7 +166,7 @@ mod tests {
         assert_eq!((read.uvs(), read.normals()), (mesh.uvs(), mesh.normals()));
         assert_eq!(read.colours(), mesh.colours());
         assert_eq!(corners(read), corners(&mesh));
-        // OBJ knows no way back to no material.
+        // OBJ has no statement that ends the use of a material.
         let names = |data: &MeshData, f| data.face_material(f).map(|m| data.materials()[m as usize].clone());
         assert_eq!([0, 1].map(|f| names(read, f)), [0, 1].map(|f| names(&mesh, f)));
         assert_eq!(names(read, 2).unwrap(), CARRIER_MATERIAL.as_bytes());
@@ -178,8 +178,8 @@ mod tests {
         let obj = Obj::parse(print(&mesh)).unwrap();
         let positions: Vec<DVec3> = mesh.positions().iter().map(|p| *p * 3.0).collect();
         let normals: Vec<Vec3> = (0..4).map(|k| Vec3::new(0.1, 0.7, k as f32)).collect();
-        let places: Vec<Vec2> = (0..4).map(|k| Vec2::new(0.1, k as f32)).collect();
-        for uvs in [None, Some(places.as_slice())] {
+        let new_uvs: Vec<Vec2> = (0..4).map(|k| Vec2::new(0.1, k as f32)).collect();
+        for uvs in [None, Some(new_uvs.as_slice())] {
             let printed = Obj::parse(print_carrier(&mesh, &positions, &normals, uvs, "a b.mtl")).unwrap();
             let patched = Obj::parse(obj.carrier(&positions, &normals, uvs, "a b.mtl")).unwrap();
             let (printed, patched, extras) = (printed.data(), patched.data(), printed.extras());

@@ -1,4 +1,4 @@
-//! The writers of files that are given back: bytes are copied, and tokens replaced.
+//! Writers that copy the bytes of an OBJ file and replace some of its tokens.
 
 use super::Obj;
 use super::print::{carrier_corner, push_attributes, push_corner, push_line, push_number};
@@ -9,7 +9,7 @@ use crate::source::materials::CARRIER_MATERIAL;
 use glam::{DVec3, Vec2, Vec3};
 use std::ops::Range;
 
-/// Copies a file while replacing byte ranges in ascending order.
+/// Copy of a file in the making, where byte ranges are replaced in ascending order.
 struct Patch<'a> {
     source: &'a [u8],
     copied: usize,
@@ -18,11 +18,11 @@ struct Patch<'a> {
 
 impl<'a> Patch<'a> {
     fn new(source: &'a [u8]) -> Self {
-        // Full precision makes numbers longer than what most exporters write.
+        // Numbers in full precision are longer than those that most exporters write.
         let out = Vec::with_capacity(source.len() + source.len() / 2);
         Self { source, copied: 0, out }
     }
-    /// Copies all before `range`, leaves `range` out, and gives the place to write instead.
+    /// Copies all bytes before `range`, skips `range`, and returns the output, to which the replacement is appended.
     fn replace(&mut self, range: Range<usize>) -> &mut Vec<u8> {
         self.out.extend_from_slice(&self.source[self.copied..range.start]);
         self.copied = range.end;
@@ -34,7 +34,7 @@ impl<'a> Patch<'a> {
     }
 }
 
-/// What ends the lines of a file. A single line feed among carriage returns would make one line of all the others.
+/// Line ending of a file. A wrong one would join lines: after a line feed, lone carriage returns end no line any more.
 fn end_of_line(bytes: &[u8]) -> &'static [u8] {
     match scan::terminator(bytes) {
         b'\r' => b"\r",
@@ -43,7 +43,7 @@ fn end_of_line(bytes: &[u8]) -> &'static [u8] {
     }
 }
 
-/// Replaces the leading numbers of a statement where they differ, bit for bit.
+/// Replaces those of the first three numbers of a statement whose bits differ.
 fn replace_numbers(patch: &mut Patch, statement: &Statement, before: DVec3, after: DVec3) {
     let tokens = Tokens::new(patch.source, statement);
     for (token, (x, y)) in tokens.zip(before.to_array().into_iter().zip(after.to_array())) {
@@ -54,8 +54,11 @@ fn replace_numbers(patch: &mut Patch, statement: &Statement, before: DVec3, afte
 }
 
 impl Obj {
-    /// The file with other coordinates on its `v` lines (#v), and with other normals on its `vn` lines (#vn)
-    /// where some are given. Numbers that did not change keep their spelling.
+    /// Returns the file with other positions on its `v` lines (#v×3, model units) and, if given, other normals on its `vn`
+    /// lines (#vn×3). Numbers that did not change keep their spelling.
+    ///
+    /// # Panics
+    /// If there is not one position for each `v` line.
     pub fn with_positions(&self, positions: &[DVec3], normals: Option<&[DVec3]>) -> Vec<u8> {
         assert_eq!(positions.len(), self.data.positions.len(), "one position for each `v` line");
         let mut patch = Patch::new(&self.bytes);
@@ -76,11 +79,15 @@ impl Obj {
         patch.finish()
     }
 
-    /// The file as the carrier of a displacement map: one normal for each `v` line (#v, unit), which every
-    /// corner names, and one material library. What a client displaces along must not be split at seams or
-    /// hard edges, and that is how `vn` lines usually are; so they are replaced. Positions (#v) replace those
-    /// of the `v` lines. Where texture coordinates (#v) are given they take the place of those of the file, one for each
-    /// `v` line too. Faces without a material get [`CARRIER_MATERIAL`].
+    /// Returns the file as the carrier of a displacement map, with these positions on its `v` lines (#v×3, model units), one
+    /// unit normal for each `v` line (#v×3), which all of its corners name, and one material library.
+    ///
+    /// The `vn` lines are replaced, because a client must not displace along normals that are split at seams or hard edges.
+    /// Texture coordinates (#v×2), if given, replace the `vt` lines by one for each `v` line. Faces without a material get
+    /// [`CARRIER_MATERIAL`].
+    ///
+    /// # Panics
+    /// If a list has not one element for each `v` line.
     pub fn carrier(
         &self,
         positions: &[DVec3],
@@ -128,8 +135,11 @@ impl Obj {
         faces.finish(patch.finish(), v)
     }
 
-    /// The file with other texture coordinates; `corners` says for each corner which one. They stand before the first
-    /// face, in place of all `vt` lines. A `vt` index that `l` elements name is left out.
+    /// Returns the file with other texture coordinates (#vt×2, v up); `corners` has the index of one for each corner (#c).
+    /// They are written before the first face, and all other `vt` lines left out, as are the `vt` indices of `l` statements.
+    ///
+    /// # Panics
+    /// If there is not one index for each corner.
     pub fn with_uvs(&self, uvs: &[Vec2], corners: &[Index]) -> Vec<u8> {
         assert_eq!(corners.len(), self.data.faces.items().len(), "one texture coordinate for each corner");
         let eol = end_of_line(&self.bytes);
@@ -166,23 +176,22 @@ impl Obj {
     }
 }
 
-/// Faces of a carrier, and the attributes of the `v` lines that stand before them.
+/// Writer of the faces of a carrier, and of the attributes of the `v` lines before them.
 struct CarrierFaces<'a> {
     obj: &'a Obj,
     normals: &'a [Vec3],
     uvs: Option<&'a [Vec2]>,
     eol: &'static [u8],
-    /// Number of `v` lines whose attributes are written.
+    /// Number of `v` lines whose attributes have been written.
     written: usize,
-    /// Number of corners that are written.
+    /// Number of corners that have been written.
     corner: usize,
 }
 
 impl CarrierFaces<'_> {
-    /// Rewrites a face after so many `v` lines.
+    /// Rewrites a face that follows `v` lines in the number of `v`.
     fn write(&mut self, patch: &mut Patch, statement: &Statement, v: usize) {
-        // Just before the first face that may name them, so that numbers of `v` and `vn` agree and no reader has to
-        // look ahead.
+        // Attributes go just before the first face that may name them, so that no reader has to look ahead.
         self.write_attributes(patch.replace(statement.line_start..statement.line_start), v);
         for token in Tokens::new(patch.source, statement) {
             let named = self.obj.data.faces.items()[self.corner];
@@ -198,13 +207,13 @@ impl CarrierFaces<'_> {
         self.written = v;
     }
 
-    /// Adds the attributes of `v` lines that stand behind the last face.
+    /// Appends the attributes of the `v` lines after the last face.
     fn finish(mut self, mut out: Vec<u8>, v: usize) -> Vec<u8> {
         if self.written < v {
             if !out.ends_with(&self.eol[self.eol.len() - 1..]) {
                 out.extend_from_slice(self.eol);
             }
-            // A backslash at the end of the file would continue into what follows now.
+            // A backslash at the end of the file would continue into the next line.
             if out.trim_ascii_end().ends_with(b"\\") {
                 out.extend_from_slice(self.eol);
             }

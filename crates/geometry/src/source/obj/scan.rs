@@ -1,24 +1,24 @@
-//! Statements and tokens of an OBJ file as byte ranges, so that whatever is not understood can be copied.
+//! Statements and tokens of an OBJ file as byte ranges, so that statements without a meaning to planish can be copied.
 
 use memchr::memchr;
 use std::ops::Range;
 
-/// A keyword with its arguments; may span several physical lines.
+/// A keyword with its arguments, which may span several physical lines.
 #[derive(Clone, Debug)]
 pub(super) struct Statement {
     /// Line of the keyword, counted from 1.
     pub(super) line: u32,
-    /// Start of the physical line.
+    /// Start of the physical line of the keyword.
     pub(super) line_start: usize,
-    /// The keyword.
+    /// Range of the keyword.
     pub(super) keyword: Range<usize>,
-    /// End of the last argument's line, without its terminator.
+    /// End of the physical line of the last argument, without its terminator.
     pub(super) end: usize,
-    /// End of that line, with its terminator.
+    /// End of the physical line of the last argument, with its terminator.
     pub(super) line_end: usize,
 }
 
-/// Walks over the statements; empty lines and comments are passed over.
+/// Iterator over the statements; it skips empty lines and comments.
 pub(super) struct Statements<'a> {
     bytes: &'a [u8],
     terminator: u8,
@@ -26,7 +26,7 @@ pub(super) struct Statements<'a> {
     line: u32,
 }
 
-/// The byte that ends a line: line feed, or carriage return in files that have no line feed at all.
+/// Byte that ends a line: a line feed, or a carriage return in files without any line feed.
 pub(super) fn terminator(bytes: &[u8]) -> u8 {
     if memchr(b'\n', bytes).is_none() && memchr(b'\r', bytes).is_some() { b'\r' } else { b'\n' }
 }
@@ -35,14 +35,14 @@ pub(super) fn is_space(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t' | b'\r' | 0x0b | 0x0c)
 }
 
-/// Statements that consist of numbers; in all others a trailing backslash may be part of a name.
+/// Returns true if the arguments of a statement are numbers. In all others a backslash at the end may be part of a name.
 fn is_numeric(keyword: &[u8]) -> bool {
     matches!(keyword, b"v" | b"vt" | b"vn" | b"f" | b"fo" | b"l" | b"p")
 }
 
 impl<'a> Statements<'a> {
     pub(super) fn new(bytes: &'a [u8]) -> Self {
-        // A byte order mark in front of the first keyword would hide it.
+        // A byte order mark would become part of the first keyword.
         let at = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
         Self { bytes, terminator: terminator(bytes), at, line: 0 }
     }
@@ -52,7 +52,7 @@ impl<'a> Statements<'a> {
         memchr(self.terminator, &self.bytes[from..]).map_or(self.bytes.len(), |n| from + n)
     }
 
-    /// Whether the line asks for the next one to be joined: a backslash at its very end, not in a comment.
+    /// Returns true if a backslash at the very end of a line, outside a comment, continues it in the next line.
     fn continues(&self, start: usize, end: usize) -> bool {
         let mut last = end;
         if last > start && self.bytes[last - 1] == b'\r' {
@@ -104,7 +104,7 @@ impl Iterator for Statements<'_> {
     }
 }
 
-/// Walks over the arguments of a numeric statement as byte ranges.
+/// Iterator over the arguments of a numeric statement as byte ranges.
 pub(super) struct Tokens<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -116,11 +116,11 @@ impl<'a> Tokens<'a> {
         Self { bytes, at: statement.keyword.end, end: statement.end }
     }
 
-    /// Whether a continuation (backslash, line end) stands at `at`.
+    /// Returns true if there is a continuation (a backslash and a line end) at `at`.
     fn continuation(&self, at: usize) -> bool {
         self.bytes[at] == b'\\' && matches!(self.bytes[at + 1..self.end], [] | [b'\n' | b'\r', ..])
     }
-    /// Whether a comment begins within a token; `1.#IND` is how some C libraries spell NaN.
+    /// Returns true if a comment begins at `at`, within a token. `1.#IND` is none: some C libraries spell NaN like this.
     fn comment(&self, at: usize) -> bool {
         self.bytes[at] == b'#' && self.bytes[at - 1] != b'.'
     }
@@ -152,7 +152,7 @@ impl Iterator for Tokens<'_> {
     }
 }
 
-/// The argument of a statement that carries a name: the rest of the line without the blanks around it.
+/// Argument of a statement that has a name as its argument: the rest of the line without blanks at its ends.
 pub(super) fn name<'a>(bytes: &'a [u8], statement: &Statement) -> &'a [u8] {
     bytes[statement.keyword.end..statement.end].trim_ascii()
 }

@@ -1,4 +1,4 @@
-//! The spellings that files out there use, and what is written back.
+//! Tests of the spellings that files in the wild use, and of the bytes that are written.
 
 use super::*;
 use glam::{DVec2, DVec3, Vec3};
@@ -18,7 +18,7 @@ fn error(text: impl AsRef<[u8]>) -> (Option<u32>, ObjErrorKind) {
     (line, kind)
 }
 
-/// What a corner names: position, uv, normal, counted from 0.
+/// Indices that a corner names, counted from 0: position, uv, normal.
 type Named = (Index, Option<Index>, Option<Index>);
 
 fn corners(obj: &Obj) -> Vec<Vec<Named>> {
@@ -354,7 +354,7 @@ mod numbers {
         assert_eq!(obj.data().uvs(), [DVec2::new(0.5, 0.0), DVec2::new(0.5, 0.25), DVec2::new(0.5, 0.25)]);
     }
 
-    /// What C and C++ libraries print.
+    /// Spellings of NaN of C and C++ libraries.
     const BROKEN: [&str; 8] = ["nan", "NaN", "-nan", "nan(ind)", "-nan(ind)", "-1.#IND", "1.#QNAN0", "-1.#IND00"];
 
     #[test]
@@ -488,7 +488,7 @@ mod errors {
     }
 
     #[test]
-    fn messages_fit_on_a_line_and_name_the_place() {
+    fn messages_fit_on_a_line_and_name_the_line_at_fault() {
         let long = "x".repeat(1000);
         let message = Obj::parse(format!("v 0 0 0\nv {long} 0 0\n").into_bytes()).unwrap_err().to_string();
         assert_eq!(message, format!("line 2: `{}` is not a number", &long[..40]));
@@ -554,9 +554,9 @@ mod writing {
     #[test]
     fn normals_change_only_where_they_are_given() {
         let obj = unruly();
-        let turned = [DVec3::Y, DVec3::X, DVec3::new(0.5, 1.0, 0.0)];
-        let written = parse(obj.with_positions(obj.data().positions(), Some(&turned)));
-        assert_eq!(written.data().normals(), turned);
+        let rotated = [DVec3::Y, DVec3::X, DVec3::new(0.5, 1.0, 0.0)];
+        let written = parse(obj.with_positions(obj.data().positions(), Some(&rotated)));
+        assert_eq!(written.data().normals(), rotated);
         let text = String::from_utf8_lossy(written.bytes()).into_owned();
         assert!(
             text.contains("vn 0 1.0 0.0\n") && text.contains("vn 1 0 0\n") && text.contains("vn 0.5 1 0\n"),
@@ -570,7 +570,7 @@ mod writing {
         (parse(obj.carrier(&positions, &normals, None, "new name.mtl")), positions, normals)
     }
 
-    /// What a carrier promises, whatever the file it was made from.
+    /// Asserts that the carrier of a file has the properties that every carrier has.
     #[track_caller]
     fn is_a_carrier(obj: &Obj) -> Obj {
         let (carrier, positions, normals) = carrier_of(obj);
@@ -636,7 +636,7 @@ mod writing {
     }
 
     #[test]
-    fn the_old_library_gives_its_place_to_the_new_one() {
+    fn the_new_library_replaces_the_old_one() {
         let carrier = is_a_carrier(&parse(format!("mtllib old.mtl\n# c\n{THREE}f 1 2 3\n")));
         assert!(text(&carrier).starts_with("mtllib new name.mtl\n# c\nv "), "{}", text(&carrier));
     }
