@@ -17,7 +17,6 @@ pub use history::Gesture;
 pub use messages::{Message, MessageKind};
 pub use schedule::DEBOUNCE;
 
-use crate::settings::Settings;
 use document::{Document, Map, Origin};
 use history::History;
 use jobs::{Slot, Status, Wake};
@@ -25,6 +24,7 @@ use measurement::{Clean, Measured};
 use planish_files::bake_files;
 use planish_files::failure::Failure;
 use planish_files::output::Folder;
+use planish_render::settings::Settings;
 use recipe::Recipe;
 use remembered::Remembered;
 use results::{Loaded, Saved};

@@ -3,12 +3,13 @@
 use clap::{Parser, ValueEnum};
 use planish_files::failure::Failure;
 use planish_geometry::metrics::Heat;
-use planish_viewer::environment::file::{Source, parse_source};
-use planish_viewer::gpu::Backend;
-use planish_viewer::ground::Show;
+use planish_render::gpu::Backend;
+use planish_render::settings::environment::Source;
+use planish_render::settings::ground::Show;
+use planish_render::settings::shadow::Filter;
+use planish_render::settings::{Normals, Overlay, Sampling, Settings, Shading, Size};
+use planish_viewer::environment::parse_source;
 use planish_viewer::open::Files;
-use planish_viewer::settings::{Normals, Overlay, Sampling, Settings, Shading, Size};
-use planish_viewer::shadow::Filter;
 use std::path::{Path, PathBuf};
 
 /// Shows a mesh and its displacement map in a window, or draws it into a file.

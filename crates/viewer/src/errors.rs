@@ -1,11 +1,11 @@
 //! How far off a clean mesh the displaced surface is, for heat maps.
 
-use crate::input;
-use crate::scene::Scene;
-use crate::settings::{Displace, Range};
 use glam::{DVec3, Vec3};
 use planish_geometry::metrics::{self, CompareError, Heat, Triangles};
 use planish_geometry::source::model::Model;
+use planish_render::input;
+use planish_render::scene::Scene;
+use planish_render::settings::{Displace, Range};
 use std::borrow::Cow;
 
 /// The error of each vertex of a scene as it is displaced, degrees or mean edge lengths. #V, not a number at vertices without

@@ -2,12 +2,8 @@
 
 mod materials;
 
-use crate::environment::{self, Surroundings};
+use crate::environment;
 use crate::image_file;
-use crate::input as model_input;
-use crate::scene::Scene;
-use crate::settings::{Settings, Shading};
-use crate::texture::{Content, Texture, Textures};
 use image::DynamicImage;
 use planish_files::bake_files::{self, Baked, Job};
 use planish_files::failure::Failure;
@@ -22,6 +18,11 @@ use planish_geometry::map::{HeightMap, Size};
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Progress;
 use planish_geometry::source::model::Model;
+use planish_render::input as model_input;
+use planish_render::scene::Scene;
+use planish_render::settings::environment::Surroundings;
+use planish_render::settings::{Settings, Shading};
+use planish_render::texture::{Content, Texture, Textures};
 use std::path::{Path, PathBuf};
 
 /// What to show.
@@ -108,7 +109,7 @@ pub fn open(files: &Files, settings: &Settings, progress: &dyn Progress) -> Resu
     }
     if let Some(Surroundings { source, resolution, .. }) = &settings.environment {
         progress.stage("environment");
-        scene.environment = Some(environment::file::load(source, *resolution as usize)?);
+        scene.environment = Some(environment::load(source, *resolution as usize)?);
     }
     Ok(Opened { mesh, model, scene, map, baked, warnings })
 }

@@ -1,9 +1,9 @@
 //! How long a picture takes, and what it takes up.
 
-use planish_viewer::gpu::NoGpu;
-use planish_viewer::renderer::{Renderer, Smoothness};
-use planish_viewer::scene::Scene;
-use planish_viewer::settings::Settings;
+use planish_render::gpu::NoGpu;
+use planish_render::gpu::renderer::{Renderer, Smoothness};
+use planish_render::scene::Scene;
+use planish_render::settings::Settings;
 use serde::Serialize;
 use std::time::{Duration, Instant};
 

@@ -15,11 +15,11 @@ pub use session::Session;
 use crate::app::jobs::{self, Wake};
 use crate::app::remembered::{self, Remembered};
 use crate::app::{App, Gesture, MessageKind, document, pictures};
-use crate::gpu::{Backend, NoGpu};
-use crate::settings::{Settings, Shading};
 use dialog::FilePurpose;
 use log::Log;
 use planish_files::failure::Failure;
+use planish_render::gpu::{Backend, NoGpu};
+use planish_render::settings::{Settings, Shading};
 use screen::Screen;
 use session::Action;
 use stage::Stage;
@@ -234,7 +234,7 @@ fn take(app: &mut App, purpose: FilePurpose, path: &Path) {
         FilePurpose::Target if is_mesh => app.choices.recipe.target = Some(path.to_owned()),
         FilePurpose::Mask if !is_mesh => app.choices.recipe.limits.mask = Some(path.to_owned()),
         FilePurpose::Environment => {
-            let Ok(source) = crate::environment::file::parse_source(&path.to_string_lossy());
+            let Ok(source) = crate::environment::parse_source(&path.to_string_lossy());
             app.choices.view.environment.get_or_insert_default().source = source;
         }
         _ => app.open(path),

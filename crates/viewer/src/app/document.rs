@@ -3,8 +3,6 @@
 
 use super::recipe::Recipe;
 use crate::open::{self, Files, Opened, OpenedMap};
-use crate::scene::Scene;
-use crate::settings::{Displace, Settings, Shading};
 use image::{Rgba, RgbaImage};
 use planish_files::bake_files::{Baked, Job};
 use planish_files::failure::Failure;
@@ -16,6 +14,8 @@ use planish_geometry::map::displacement::Displacement;
 use planish_geometry::map::manifest::{self, Manifest};
 use planish_geometry::progress::Progress;
 use planish_geometry::source::model::Model;
+use planish_render::scene::Scene;
+use planish_render::settings::{Displace, Settings, Shading};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 

@@ -1,10 +1,10 @@
 //! Pictures on disk: screenshots and turntables.
 
-use crate::settings::Settings;
 use image::{ImageFormat, RgbaImage};
 use planish_files::failure::Failure;
 use planish_files::output::{Folder, Output};
 use planish_geometry::progress::Progress;
+use planish_render::settings::Settings;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 

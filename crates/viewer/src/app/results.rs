@@ -6,8 +6,8 @@ use super::measurement::Clean;
 use super::recipe::Recipe;
 use super::schedule::without_camera;
 use super::{App, MessageKind, jobs};
-use crate::camera::Camera;
 use planish_files::failure::Failure;
+use planish_render::settings::camera::Camera;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 

@@ -3,9 +3,9 @@
 use super::history::Gesture;
 use super::measurement::{self, Measured};
 use super::{App, Choices, Rebake};
-use crate::camera::Camera;
-use crate::settings::{Settings, Size};
 use planish_files::failure::Failure;
+use planish_render::settings::camera::Camera;
+use planish_render::settings::{Settings, Size};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 

@@ -1,11 +1,11 @@
 //! Textures that the materials of a mesh name.
 
 use super::picture;
-use crate::texture::{Content, Texture, Textures};
 use planish_files::input;
 use planish_geometry::source::Source;
 use planish_geometry::source::materials::{self, Material};
 use planish_geometry::source::model::Model;
+use planish_render::texture::{Content, Texture, Textures};
 use std::path::{Path, PathBuf};
 
 /// Each triangle gets the texture of its face's material. What cannot be read is left out, with a word about it: the mesh

@@ -1,8 +1,8 @@
 //! What the mouse does to the camera. Angles in degrees; pointer positions in normalised device coordinates, y up.
 
-use crate::bounds::Sphere;
-use crate::camera::{Camera, Projection};
 use glam::{Vec2, Vec3};
+use planish_render::bounds::Sphere;
+use planish_render::settings::camera::{Camera, Projection};
 
 /// Degrees that a drag over the height of the view turns the model.
 const TURN: f32 = 200.0;

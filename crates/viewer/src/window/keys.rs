@@ -4,8 +4,8 @@ use super::controls::{self, Standard};
 use super::dialog::{Dialog, FilePurpose};
 use super::session::{Action, Comparing, Session};
 use crate::app::{App, Work};
-use crate::settings::{Overlay, Shading};
 use egui::{Key, Modifiers};
+use planish_render::settings::{Overlay, Shading};
 
 /// What a key does.
 type Effect = fn(&mut App, &mut Session);

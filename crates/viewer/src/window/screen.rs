@@ -1,11 +1,11 @@
 //! The surface of the window, and egui's triangles on it.
 
 use super::no_window;
-use crate::gpu::{Backend, Gpu, NoGpu};
 use egui::epaint::textures::TexturesDelta;
 use egui::{ClippedPrimitive, TextureId};
 use egui_wgpu::{RendererOptions, ScreenDescriptor};
 use planish_files::failure::Failure;
+use planish_render::gpu::{Backend, Gpu, NoGpu};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use winit::dpi::PhysicalSize;

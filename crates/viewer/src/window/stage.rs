@@ -4,16 +4,17 @@ use super::screen::Screen;
 use super::session::{Comparing, Session};
 use crate::app::App;
 use crate::app::jobs::{self, Slot, Status, Ticket, Wake};
-use crate::environment::file::Source;
-use crate::environment::{self, Environment};
-use crate::gpu::{FORMAT, Gpu};
-use crate::renderer::{Renderer, Smoothness, Target, Uploaded};
-use crate::scene::Scene;
-use crate::settings::{Range, Settings, Shading, Size};
+use crate::environment;
 use egui::TextureId;
 use image::RgbaImage;
 use planish_files::failure::Failure;
 use planish_geometry::progress::Progress as _;
+use planish_render::environment::Environment;
+use planish_render::gpu::renderer::{Renderer, Smoothness, Target, Uploaded};
+use planish_render::gpu::{FORMAT, Gpu};
+use planish_render::scene::Scene;
+use planish_render::settings::environment::Source;
+use planish_render::settings::{Range, Settings, Shading, Size};
 use std::sync::Arc;
 
 /// What draws, and what it drew last.
@@ -60,7 +61,7 @@ impl Wanted {
         if let Some(around) = self.around {
             if read.as_ref().is_none_or(|read| read.0 != around) {
                 ticket.stage("environment");
-                (read, failed) = match environment::file::load(&around.0, around.1 as usize) {
+                (read, failed) = match environment::load(&around.0, around.1 as usize) {
                     Ok(environment) => (Some(Arc::new((around, environment))), None),
                     Err(failure) => (None, Some(failure)),
                 };
@@ -180,8 +181,10 @@ impl Stage {
         }
         let Some((_, target)) = &self.target else { return 0 };
         let with_map = drawable(&app.choices.view, &shown.scene);
-        let without =
-            Settings { displace: crate::settings::Displace { lambda: 0.0, ..with_map.displace }, ..with_map.clone() };
+        let without = Settings {
+            displace: planish_render::settings::Displace { lambda: 0.0, ..with_map.displace },
+            ..with_map.clone()
+        };
         let both = session.comparing != Comparing::Off;
         let mut drawn = 0;
         for (i, settings) in [with_map, without].into_iter().enumerate() {

@@ -5,10 +5,10 @@ use super::session::{Comparing, Session};
 use super::stage::height_range;
 use crate::app::jobs::Status;
 use crate::app::{App, MessageKind, Work};
-use crate::bounds::Sphere;
-use crate::lights::Light;
-use crate::settings::Shading;
 use egui::{Color32, CursorIcon, Pos2, Rect, Sense, Ui, Vec2, pos2, vec2};
+use planish_render::bounds::Sphere;
+use planish_render::settings::Shading;
+use planish_render::settings::lights::Light;
 
 /// Seconds between pictures that blink.
 const BLINK: f64 = 0.7;

@@ -3,9 +3,9 @@
 use super::super::dialog::FilePurpose;
 use super::super::session::{Comparing, Session};
 use crate::app::App;
-use crate::settings::Shading;
 use egui::Ui;
 use planish_geometry::metrics::Comparison;
+use planish_render::settings::Shading;
 
 pub(super) fn show(ui: &mut Ui, app: &mut App, session: &mut Session) {
     ui.horizontal_wrapped(|ui| {

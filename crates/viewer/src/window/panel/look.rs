@@ -5,16 +5,14 @@ use super::super::dialog::FilePurpose;
 use super::super::session::Session;
 use super::{choose, name};
 use crate::app::App;
-use crate::camera::{Projection, UpAxis};
-use crate::colour::Colour;
-use crate::environment::Part;
-use crate::environment::file::Source;
-use crate::environment::scenes::Scene;
-use crate::ground::Show;
-use crate::lights::{Anchor, Light, LightKind, MAX_LIGHTS};
-use crate::settings::{Normals, Overlay, Sampling, Settings, Shading};
-use crate::shadow::Filter;
 use egui::Ui;
+use planish_render::colour::Colour;
+use planish_render::settings::camera::{Projection, UpAxis};
+use planish_render::settings::environment::{Part, Scene, Source};
+use planish_render::settings::ground::Show;
+use planish_render::settings::lights::{Anchor, Light, LightKind, MAX_LIGHTS};
+use planish_render::settings::shadow::Filter;
+use planish_render::settings::{Normals, Overlay, Sampling, Settings, Shading};
 
 /// What the surface shows, which is wanted all the time.
 pub(super) fn shading(ui: &mut Ui, app: &mut App, session: &mut Session) {
