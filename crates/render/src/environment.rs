@@ -5,8 +5,8 @@
 
 pub mod cube;
 pub mod equirect;
+mod gradient_noise;
 pub mod harmonics;
-mod noise;
 pub mod prefilter;
 pub(crate) mod sample;
 pub mod scenes;

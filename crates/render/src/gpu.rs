@@ -89,7 +89,7 @@ pub struct Gpu {
     pub adapter: wgpu::AdapterInfo,
     /// Samples per pixel that targets of this format can have: 4, or 1.
     pub samples: u32,
-    complaints: Arc<Mutex<Vec<String>>>,
+    validation_errors: Arc<Mutex<Vec<String>>>,
     lost: Arc<AtomicBool>,
 }
 
@@ -112,7 +112,7 @@ impl Gpu {
 
     /// Opens a device on an adapter, with all the room that it has.
     pub fn on(adapter: &wgpu::Adapter) -> Result<Self, NoGpu> {
-        let wanted = wgpu::DeviceDescriptor {
+        let descriptor = wgpu::DeviceDescriptor {
             label: Some("planish"),
             required_limits: adapter.limits(),
             ..wgpu::DeviceDescriptor::default()
@@ -120,9 +120,9 @@ impl Gpu {
         let info = adapter.get_info();
         let refused =
             |e: wgpu::RequestDeviceError| NoGpu::Refused { adapter: info.name.clone(), reason: e.to_string() };
-        let (device, queue) = pollster::block_on(adapter.request_device(&wanted)).map_err(refused)?;
-        let complaints = Arc::new(Mutex::new(Vec::new()));
-        let sink = Arc::clone(&complaints);
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).map_err(refused)?;
+        let validation_errors = Arc::new(Mutex::new(Vec::new()));
+        let sink = Arc::clone(&validation_errors);
         // The default handler ends the program; a picture that is wrong somewhere is better than none.
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             sink.lock().unwrap_or_else(PoisonError::into_inner).push(error.to_string());
@@ -132,12 +132,12 @@ impl Gpu {
         device.set_device_lost_callback(move |_, _| flag.store(true, Ordering::Relaxed));
         let both = [FORMAT, DEPTH].map(|f| adapter.get_texture_format_features(f).flags);
         let four = both.iter().all(|flags| flags.sample_count_supported(4));
-        Ok(Self { device, queue, adapter: info, samples: if four { 4 } else { 1 }, complaints, lost })
+        Ok(Self { device, queue, adapter: info, samples: if four { 4 } else { 1 }, validation_errors, lost })
     }
 
     /// What the driver or its validation complained about since the last call.
-    pub fn complaints(&self) -> Vec<String> {
-        std::mem::take(&mut *self.complaints.lock().unwrap_or_else(PoisonError::into_inner))
+    pub fn validation_errors(&self) -> Vec<String> {
+        std::mem::take(&mut *self.validation_errors.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// Whether the device is gone: nothing that is drawn with it arrives any more.

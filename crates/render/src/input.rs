@@ -1,7 +1,7 @@
 //! From a model in f64 to a scene in f32.
 
+use crate::displaced_mesh::{DisplacementBinding, Sign};
 use crate::mesh::{Mesh, Side, Triangle};
-use crate::relief::{Relief, Sense};
 use crate::scene::{Scene, SceneError};
 use glam::{DVec3, Vec3};
 use planish_geometry::map::displace::{self, ShaderVertex};
@@ -67,13 +67,13 @@ pub fn origin(model: &Model) -> DVec3 {
 
 /// The map of a scene, whose vertices (one for each `v` line) displace it as
 /// [`baked_vertices`](displace::baked_vertices) has them.
-pub fn relief(model: &Model, scene: &Scene, map: Displacement, lines: &[ShaderVertex]) -> Relief {
-    Relief::new(scene.mesh(), map, at_vertices(model, lines), Sense::TakenOff)
+pub fn bind_map(model: &Model, scene: &Scene, map: Displacement, lines: &[ShaderVertex]) -> DisplacementBinding {
+    DisplacementBinding::new(scene.mesh(), map, at_vertices(model, lines), Sign::Subtract)
 }
 
 /// A map that puts heights on a scene, at the dominant texture coordinate of each vertex, so that nothing cracks.
 /// None where the model has no texture coordinates.
-pub fn effect(model: &Model, scene: &Scene, map: Displacement) -> Option<Relief> {
+pub fn bind_heights(model: &Model, scene: &Scene, map: Displacement) -> Option<DisplacementBinding> {
     let atlas = model.atlas().ok()?;
     let mesh = scene.mesh();
     let normals = vertex_normals(model.surface(), FaceWeight::Angle);
@@ -84,7 +84,7 @@ pub fn effect(model: &Model, scene: &Scene, map: Displacement) -> Option<Relief>
         place: atlas.dominant(v).map(|uv| Place::Uv(atlas.uvs()[uv as usize].as_vec2())),
     };
     let vertices = (0..).zip(mesh.positions.iter().zip(normals)).map(vertex).collect();
-    Some(Relief::new(mesh, map, vertices, Sense::PutOn))
+    Some(DisplacementBinding::new(mesh, map, vertices, Sign::Add))
 }
 
 /// Of values for each `v` line those of the vertices.

@@ -78,15 +78,15 @@ impl<'a> Picture<'a> {
         let mesh = scene.mesh();
         let displace = &settings.displace;
         // With bumps the slope of the heights is seen, and so the vertices stay.
-        let moves = scene.relief.as_ref().filter(|_| settings.shading != Shading::Bump);
-        let positions = moves.map_or(Cow::Borrowed(&mesh.positions[..]), |relief| relief.displaced(displace).into());
-        let vertex_normals = match &scene.relief {
-            Some(relief) if normal_map_strength(scene, settings).is_some() => {
-                Some(relief.vertices.iter().map(|v| v.normal).collect())
+        let moves = scene.displacement.as_ref().filter(|_| settings.shading != Shading::Bump);
+        let positions = moves.map_or(Cow::Borrowed(&mesh.positions[..]), |binding| binding.displaced(displace).into());
+        let vertex_normals = match &scene.displacement {
+            Some(binding) if normal_map_strength(scene, settings).is_some() => {
+                Some(binding.vertices.iter().map(|v| v.normal).collect())
             }
-            _ => moves.filter(|_| displace.normals == Normals::Derived).map(|relief| relief.normals(&positions)),
+            _ => moves.filter(|_| displace.normals == Normals::Derived).map(|binding| binding.normals(&positions)),
         };
-        let heights = scene.relief.as_ref().map_or_else(Vec::new, |relief| relief.heights(displace));
+        let heights = scene.displacement.as_ref().map_or_else(Vec::new, |binding| binding.heights(displace));
         let clip_positions: Vec<Vec4> = positions.par_iter().map(|p| view.clip_from_world * p.extend(1.0)).collect();
         let triangles = mesh
             .triangles
@@ -163,7 +163,7 @@ impl<'a> Picture<'a> {
             None => self.shader.background(ndc),
         };
         let met = self.ground.as_ref().and_then(|ground| Some((ground, ground.meet(ndc, nearest.depth)?)));
-        met.map_or(surface, |(ground, place)| self.shader.over_ground(surface, place, ground))
+        met.map_or(surface, |(ground, point)| self.shader.over_ground(surface, point, ground))
     }
 
     fn fragment(&self, index: u32, triangle: &Triangle, x: usize, y: usize) -> Fragment {

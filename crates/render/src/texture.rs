@@ -37,9 +37,9 @@ impl Textures {
         Self { all: vec![texture], of_triangles: Vec::new() }
     }
 
-    /// `of_triangles`: for each triangle of the mesh its place in `all`, or none. None if a place is out of range.
+    /// `of_triangles`: for each triangle of the mesh its index in `all`, or none. None if an index is out of range.
     pub fn by_triangle(all: Vec<Texture>, of_triangles: Vec<Option<u32>>) -> Option<Self> {
-        let inside = |place: &Option<u32>| place.is_none_or(|place| (place as usize) < all.len());
+        let inside = |index: &Option<u32>| index.is_none_or(|index| (index as usize) < all.len());
         of_triangles.iter().all(inside).then_some(Self { all, of_triangles })
     }
 
@@ -48,10 +48,10 @@ impl Textures {
         &self.all
     }
 
-    /// Place in [`Self::all`] of a triangle's texture.
+    /// Index in [`Self::all`] of a triangle's texture.
     pub fn of_triangle(&self, triangle: usize) -> Option<u32> {
         match self.of_triangles.get(triangle) {
-            Some(place) => *place,
+            Some(index) => *index,
             None => (!self.all.is_empty()).then_some(0),
         }
     }

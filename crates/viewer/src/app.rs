@@ -1,22 +1,23 @@
 //! The window without its window: what is open, what is wanted, and what goes on in the background. No GPU, no widgets;
 //! [`App::tick`] never waits.
 
+pub mod bake_config;
+pub mod capture;
 pub mod document;
 pub mod history;
 pub mod jobs;
 pub mod measurement;
 mod messages;
-pub mod pictures;
-pub mod recipe;
-pub mod remembered;
 mod results;
 mod schedule;
 pub mod watch;
+pub mod window_state;
 
 pub use history::Gesture;
 pub use messages::{Message, MessageKind};
 pub use schedule::DEBOUNCE;
 
+use bake_config::BakeConfig;
 use document::{Document, Map, Origin};
 use history::History;
 use jobs::{Slot, Status, Wake};
@@ -25,24 +26,23 @@ use planish_files::bake_files;
 use planish_files::failure::Failure;
 use planish_files::output::Folder;
 use planish_render::settings::Settings;
-use recipe::Recipe;
-use remembered::Remembered;
 use results::{Loaded, Saved};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 use watch::Watch;
+use window_state::WindowState;
 
 /// What undo goes back over.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Choices {
     /// What is baked.
-    pub recipe: Recipe,
+    pub bake_config: BakeConfig,
     /// How it is drawn. The camera is no matter of undo.
     pub view: Settings,
 }
 
-/// Whether a change of the recipe is baked at once.
+/// Whether a change of the bake_config is baked at once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Rebake {
     /// As soon as it settles.
@@ -59,17 +59,17 @@ pub struct App {
     /// Whether changes are baked at once.
     pub rebake: Rebake,
     /// What is remembered from start to start.
-    pub remembered: Remembered,
+    pub window_state: WindowState,
     document: Option<Arc<Document>>,
     map: Option<Arc<Map>>,
     clean: Option<Arc<Clean>>,
     measured: Option<Measured>,
     /// Of the last bake that was begun, or of the map that was opened.
-    begun: Option<Recipe>,
+    begun: Option<BakeConfig>,
     /// Of the map that is shown.
-    shown: Option<Recipe>,
+    shown: Option<BakeConfig>,
     /// As it was at the last look.
-    seen: Recipe,
+    seen: BakeConfig,
     /// When the next bake begins.
     due: Option<Instant>,
     /// The time of the last tick.
@@ -110,20 +110,20 @@ impl Work {
 
 impl App {
     /// Nothing is open. `wake` is called when [`tick`](Self::tick) has something to do.
-    pub fn new(wake: &Wake, remembered: Remembered) -> Self {
+    pub fn new(wake: &Wake, window_state: WindowState) -> Self {
         let choices = Choices::default();
         Self {
             history: History::new(choices.clone()),
             choices,
             rebake: Rebake::default(),
-            remembered,
+            window_state,
             document: None,
             map: None,
             clean: None,
             measured: None,
             begun: None,
             shown: None,
-            seen: Recipe::default(),
+            seen: BakeConfig::default(),
             due: None,
             now: Instant::now(),
             messages: Vec::new(),
@@ -228,28 +228,28 @@ impl App {
         }
     }
 
-    /// Whether the map that is shown is what the recipe would give.
+    /// Whether the map that is shown is what the bake_config would give.
     pub fn is_baked(&self) -> bool {
-        self.shown.as_ref() == Some(&self.choices.recipe)
+        self.shown.as_ref() == Some(&self.choices.bake_config)
     }
 
     /// Begins to bake now.
     pub fn bake(&mut self) {
         let (Some(document), Some(folder)) = (self.document.clone(), self.folder()) else { return };
         self.due = None;
-        let recipe = self.choices.recipe.clone();
-        self.begun = Some(recipe.clone());
-        self.baking.start(move |ticket| document::bake(&document, &recipe, &folder, ticket));
+        let bake_config = self.choices.bake_config.clone();
+        self.begun = Some(bake_config.clone());
+        self.baking.start(move |ticket| document::bake(&document, &bake_config, &folder, ticket));
     }
 
     /// Writes the files of the map to a folder, the very bytes that the command line writes.
     pub fn save(&mut self, folder: &Path) {
         let (Some(document), Some(map)) = (self.document.clone(), self.map.clone()) else { return };
-        let (folder, recipe) = (folder.to_owned(), self.choices.recipe.clone());
+        let (folder, bake_config) = (folder.to_owned(), self.choices.bake_config.clone());
         self.saving.start(move |ticket| {
             let place = Folder::open(&folder)?;
             let ready = |map: &Map| match &map.origin {
-                Origin::Baked { recipe: of, folder: to, baked } if **of == recipe && *to == folder => {
+                Origin::Baked { bake_config: of, folder: to, baked } if **of == bake_config && *to == folder => {
                     Some(baked.clone())
                 }
                 _ => None,
@@ -257,7 +257,7 @@ impl App {
             let (baked, map) = match ready(&map) {
                 Some(baked) => (baked, None),
                 None => {
-                    let map = document::bake(&document, &recipe, &folder, ticket)?;
+                    let map = document::bake(&document, &bake_config, &folder, ticket)?;
                     let baked =
                         ready(&map).ok_or_else(|| Failure::Internal("the bake is of another mesh".to_owned()))?;
                     (baked, Some(map))
@@ -275,7 +275,7 @@ impl App {
     /// The command line that bakes the same files.
     pub fn command(&self) -> Option<String> {
         let document = self.document.as_ref()?;
-        Some(self.choices.recipe.command(&document.mesh, &self.folder()?))
+        Some(self.choices.bake_config.command(&document.mesh, &self.folder()?))
     }
 }
 

@@ -4,7 +4,7 @@
 
 pub mod app;
 pub mod environment;
-pub mod errors;
 mod image_file;
 pub mod open;
+pub mod vertex_error;
 pub mod window;

@@ -89,9 +89,9 @@ pub fn open(files: &Files, settings: &Settings, progress: &dyn Progress) -> Resu
     let mut baked = None;
     let map = match (&files.heights, map_files) {
         (Some(path), _) => {
-            let relief = model_input::effect(&model, &scene, heights(path)?);
+            let binding = model_input::bind_heights(&model, &scene, heights(path)?);
             let none = || Failure::at(&mesh, "has no texture coordinates for a picture of heights");
-            scene.relief = Some(relief.ok_or_else(none)?);
+            scene.displacement = Some(binding.ok_or_else(none)?);
             None
         }
         (None, Some(map)) => Some(read_map(&mut scene, &model, &mesh, map)?),
@@ -122,7 +122,7 @@ fn needs_map(settings: &Settings) -> bool {
 /// Reads the files of a map, and attaches it to the scene.
 fn read_map(scene: &mut Scene, model: &Model, mesh: &Path, files: MapFiles) -> Result<OpenedMap, Failure> {
     let vertices = files.vertices(model.source(), mesh)?;
-    scene.relief = Some(model_input::relief(model, scene, files.displacement()?, &vertices));
+    scene.displacement = Some(model_input::bind_map(model, scene, files.displacement()?, &vertices));
     if let Some(entry) = &files.manifest.normal_map {
         let path = files.beside(&entry.file);
         scene.normal_map = Some(normal_map(&input::read(&path)?, entry, &path)?);
@@ -151,7 +151,7 @@ fn attach(scene: &mut Scene, model: &Model, bundle: &Bundle) -> Result<Vec<Shade
     let map = Displacement::decode(bytes(&entry.file), entry.map, entry.size(), entry.encoding());
     let map = map.map_err(|e| Failure::at(Path::new(&entry.file), e))?;
     let vertices = displace::model_vertices(model, along, manifest);
-    scene.relief = Some(model_input::relief(model, scene, map, &vertices));
+    scene.displacement = Some(model_input::bind_map(model, scene, map, &vertices));
     let entry = manifest.normal_map.as_ref();
     scene.normal_map = entry.map(|e| normal_map(bytes(&e.file), e, Path::new(&e.file))).transpose()?;
     Ok(vertices)

@@ -46,7 +46,7 @@ pub(crate) fn measure(
 ) -> Result<Timings, NoGpu> {
     let gpu = renderer.gpu();
     let begun = Instant::now();
-    let uploaded = renderer.upload(scene)?;
+    let gpu_scene = renderer.upload(scene)?;
     gpu.wait();
     let uploading = begun.elapsed();
     let target = renderer.target(settings.size, Smoothness::SmoothEdges);
@@ -54,7 +54,7 @@ pub(crate) fn measure(
     let view = canvas.create_view(&wgpu::TextureViewDescriptor::default());
     let frame = || {
         let begun = Instant::now();
-        renderer.draw(&uploaded, scene, settings, &target, &view);
+        renderer.draw(&gpu_scene, scene, settings, &target, &view);
         gpu.wait();
         begun.elapsed()
     };
@@ -72,7 +72,7 @@ pub(crate) fn measure(
         first_frame: first_frame.as_secs_f64(),
         frame: frames[FRAMES / 2].as_secs_f64(),
         start_to_picture: (opening + starting + uploading + first_frame).as_secs_f64(),
-        scene_bytes: uploaded.bytes(),
+        scene_bytes: gpu_scene.bytes(),
         peak_memory: peak_memory(),
     })
 }

@@ -23,7 +23,7 @@ pub fn uv_from_direction(direction: Vec3) -> Vec2 {
     Vec2::new(0.5 + longitude / TAU, from_zenith / PI)
 }
 
-/// Unit direction of a place in the picture, the inverse of [`uv_from_direction`].
+/// Unit direction of a position in the picture, the inverse of [`uv_from_direction`].
 pub fn direction_from_uv(uv: Vec2) -> Vec3 {
     let (sin_longitude, cos_longitude) = ((uv.x - 0.5) * TAU).sin_cos();
     let (sin, cos) = (uv.y * PI).sin_cos();

@@ -72,8 +72,8 @@ fn blurred(means: &[CubeMap], lobe: &[Sample], size: usize) -> CubeMap {
         finer.at(direction).lerp(coarser.at(direction), level.fract())
     };
     CubeMap::from_fn(size, |normal| {
-        let turn = Quat::from_rotation_arc(Vec3::Z, normal);
-        lobe.iter().map(|s| s.weight * mean(turn * s.direction, s.level)).sum()
+        let rotation = Quat::from_rotation_arc(Vec3::Z, normal);
+        lobe.iter().map(|s| s.weight * mean(rotation * s.direction, s.level)).sum()
     })
 }
 

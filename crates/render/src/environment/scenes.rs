@@ -4,7 +4,7 @@ mod desert;
 mod ice;
 
 use super::equirect::Equirect;
-use super::noise::fractal;
+use super::gradient_noise::fractal;
 use super::sky::Sky;
 use super::terrain::{Landscape, panorama};
 use glam::{Vec2, Vec3};
@@ -58,15 +58,15 @@ fn to_sun(azimuth: f32, elevation: f32) -> Vec3 {
 fn cirrus(direction: Vec3, amount: f32, seed: u32) -> f32 {
     // On a flat layer of cloud, far away near the horizon.
     let height = direction.y.max(0.0) + 0.06;
-    let place = Vec2::new(direction.x, direction.z) / height;
-    let drift = place
+    let position = Vec2::new(direction.x, direction.z) / height;
+    let drift = position
         + 0.7
             * Vec2::new(
-                fractal(0.6 * place, 3, 0.02 / height, seed),
-                fractal(0.6 * place + 9.0, 3, 0.02 / height, seed),
+                fractal(0.6 * position, 3, 0.02 / height, seed),
+                fractal(0.6 * position + 9.0, 3, 0.02 / height, seed),
             );
     let strands = fractal(Vec2::new(0.5 * drift.x, 1.6 * drift.y), 6, 0.02 / height, seed + 17);
-    let patches = 0.5 + fractal(0.35 * place, 2, 0.0, seed + 31);
+    let patches = 0.5 + fractal(0.35 * position, 2, 0.0, seed + 31);
     smoothstep(0.05, 0.75, strands + patches - 0.65 + amount) * smoothstep(0.01, 0.2, direction.y)
 }
 

@@ -65,13 +65,13 @@ impl Sky {
 
     /// Irradiance over π of the sky alone on level ground.
     pub(super) fn ambient(&self) -> Vec3 {
-        let places = (0..16 * 64).map(|i| {
+        let positions = (0..16 * 64).map(|i| {
             // Even in the measure cos θ dω.
             let (r, azimuth) = (((i / 64) as f32 + 0.5) / 16.0, (i % 64) as f32 / 64.0 * std::f32::consts::TAU);
             let flat = r.sqrt();
             Vec3::new(flat * azimuth.sin(), (1.0 - r).sqrt(), flat * azimuth.cos())
         });
-        places.map(|d| self.at(d)).sum::<Vec3>() / (16.0 * 64.0)
+        positions.map(|d| self.at(d)).sum::<Vec3>() / (16.0 * 64.0)
     }
 }
 
@@ -88,9 +88,9 @@ fn to_sphere(origin: Vec3, direction: Vec3, radius: f32) -> f32 {
 }
 
 impl Air {
-    /// Density of both kinds of air at a place, relative to sea level.
-    fn density(place: Vec3) -> Vec2 {
-        let height = (place.length() - EARTH).max(0.0);
+    /// Density of both kinds of air at a position, relative to sea level.
+    fn density(position: Vec3) -> Vec2 {
+        let height = (position.length() - EARTH).max(0.0);
         Vec2::new((-height / RAYLEIGH_HEIGHT).exp(), (-height / MIE_HEIGHT).exp())
     }
 
@@ -100,13 +100,13 @@ impl Air {
         (-(RAYLEIGH * depth.x + 1.1 * MIE * self.haze * depth.y)).exp()
     }
 
-    /// Irradiance of the sun at a place; none in the earth's shadow.
-    fn sunlight(&self, place: Vec3, to_sun: Vec3) -> Option<Vec3> {
+    /// Irradiance of the sun at a position; none in the earth's shadow.
+    fn sunlight(&self, position: Vec3, to_sun: Vec3) -> Option<Vec3> {
         const STEPS: usize = 16;
-        let step = to_sphere(place, to_sun, TOP) / STEPS as f32;
+        let step = to_sphere(position, to_sun, TOP) / STEPS as f32;
         let mut depth = Vec2::ZERO;
         for i in 0..STEPS {
-            let p = place + (i as f32 + 0.5) * step * to_sun;
+            let p = position + (i as f32 + 0.5) * step * to_sun;
             if p.length() < EARTH - 1.0 {
                 return None;
             }
@@ -124,9 +124,9 @@ impl Air {
             // Short steps near the eye, where the air is dense.
             let bound = |i: usize| reach * (i as f32 / STEPS as f32).powi(2);
             let (step, middle) = (bound(i + 1) - bound(i), 0.5 * (bound(i) + bound(i + 1)));
-            let place = eye + middle * direction;
-            let amount = step * Self::density(place);
-            if let Some(sun) = self.sunlight(place, to_sun) {
+            let position = eye + middle * direction;
+            let amount = step * Self::density(position);
+            if let Some(sun) = self.sunlight(position, to_sun) {
                 let light = sun * self.transmittance(depth + 0.5 * amount);
                 rayleigh += amount.x * light;
                 mie += amount.y * light;

@@ -67,8 +67,8 @@ impl RenderMesh {
             }
         }
         let runs = runs(order.iter().map(texture));
-        let rings = scene.relief.as_ref().map_or_else(Vec::new, |relief| {
-            let (rings, count) = (&relief.rings, mesh.positions.len() as u32);
+        let rings = scene.displacement.as_ref().map_or_else(Vec::new, |binding| {
+            let (rings, count) = (&binding.rings, mesh.positions.len() as u32);
             let ends = (0..count).map(|v| rings.range(v).end as u32);
             let starts = std::iter::once(0).chain(ends).map(|pairs| count + 1 + 2 * pairs);
             starts.chain(rings.items().as_flattened().iter().copied()).collect()
@@ -101,8 +101,8 @@ fn vertex(scene: &Scene, v: usize) -> (Vertex, Extra) {
         has_number: if number.is_some() { 1.0 } else { 0.0 },
         ..Extra::default()
     };
-    if let Some(relief) = &scene.relief {
-        let of_map = &relief.vertices[v];
+    if let Some(binding) = &scene.displacement {
+        let of_map = &binding.vertices[v];
         vertex.normal = of_map.normal;
         extra.tangent = frame(of_map.tangent);
         match of_map.place {

@@ -143,10 +143,11 @@ mod tests {
 
     /// A fan about `hub` that tiles the square from (0, 0) to (8, 8); every other triangle is turned round.
     fn fan(hub: [f32; 2]) -> Vec<[Vec4; 3]> {
-        let rim = [[0, 0], [4, 0], [8, 0], [8, 4], [8, 8], [4, 8], [0, 8], [0, 4]].map(|[x, y]| [x as f32, y as f32]);
+        let boundary =
+            [[0, 0], [4, 0], [8, 0], [8, 4], [8, 8], [4, 8], [0, 8], [0, 4]].map(|[x, y]| [x as f32, y as f32]);
         (0..8)
             .map(|i| {
-                let (a, b) = (rim[i], rim[(i + 1) % 8]);
+                let (a, b) = (boundary[i], boundary[(i + 1) % 8]);
                 let [a, b, c] = [hub, a, b].map(|[x, y]| at(x, y, 0.5));
                 if i % 2 == 0 { [a, b, c] } else { [a, c, b] }
             })

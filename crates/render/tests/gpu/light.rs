@@ -8,11 +8,11 @@ use planish_geometry::map::displacement::{Displacement, Encoding, MapKind, Place
 use planish_geometry::map::tangents::Tangent;
 use planish_geometry::map::{HeightMap, Size as MapSize};
 use planish_render::colour::Colour;
+use planish_render::displaced_mesh::{DisplacementBinding, Sign};
 use planish_render::environment::Environment;
 use planish_render::environment::cube::CubeMap;
 use planish_render::gpu::Backend;
 use planish_render::mesh::{Mesh, Triangle};
-use planish_render::relief::{Relief, Sense};
 use planish_render::scene::Scene;
 use planish_render::settings::camera::Camera;
 use planish_render::settings::environment::Surroundings;
@@ -286,7 +286,7 @@ fn shadows_follow_the_displaced_surface() {
         place: (i < 4).then_some(Place::Uv(Vec2::splat(0.5))),
     };
     let vertices = scene.mesh().positions.iter().enumerate().map(vertex).collect();
-    scene.relief = Some(Relief::new(scene.mesh(), map, vertices, Sense::PutOn));
+    scene.displacement = Some(DisplacementBinding::new(scene.mesh(), map, vertices, Sign::Add));
     for lambda in [0.0, 0.3] {
         let displace = Displace { lambda, ..Displace::default() };
         let settings = Settings { displace, ..lit_by(FAR, filtered(Filter::Hard)) };

@@ -1,7 +1,7 @@
 //! What is open: a mesh, its map, and what is known of both. Values that never change once they are read or baked, so that
 //! the window draws one while the next is made.
 
-use super::recipe::Recipe;
+use super::bake_config::BakeConfig;
 use crate::open::{self, Files, Opened, OpenedMap};
 use image::{Rgba, RgbaImage};
 use planish_files::bake_files::{Baked, Job};
@@ -59,7 +59,7 @@ pub enum Origin {
     /// Baked here, for a folder.
     Baked {
         /// By this.
-        recipe: Box<Recipe>,
+        bake_config: Box<BakeConfig>,
         /// For this folder.
         folder: PathBuf,
         /// Files to write.
@@ -70,7 +70,7 @@ pub enum Origin {
 impl Map {
     /// The decoded map.
     pub fn displacement(&self) -> Option<&Displacement> {
-        self.scene.relief.as_ref().map(|relief| &relief.map)
+        self.scene.displacement.as_ref().map(|binding| &binding.map)
     }
 }
 
@@ -163,7 +163,7 @@ const LARGEST_PICTURE: u32 = 1024;
 
 /// The map of a scene with its texels as greys, or as colours; every n-th texel where there are more than can be shown.
 fn picture(scene: &Scene) -> RgbaImage {
-    let Some(map) = scene.relief.as_ref().map(|relief| &relief.map) else {
+    let Some(map) = scene.displacement.as_ref().map(|binding| &binding.map) else {
         return RgbaImage::from_pixel(1, 1, Rgba([128, 128, 128, u8::MAX]));
     };
     let size = map.size();
@@ -181,16 +181,22 @@ fn picture(scene: &Scene) -> RgbaImage {
 }
 
 /// Bakes a map for a folder, without writing it.
-pub fn bake(document: &Document, recipe: &Recipe, folder: &Path, progress: &dyn Progress) -> Result<Map, Failure> {
-    let read: Vec<PathBuf> = recipe.limits.mask.iter().cloned().collect();
+pub fn bake(
+    document: &Document,
+    bake_config: &BakeConfig,
+    folder: &Path,
+    progress: &dyn Progress,
+) -> Result<Map, Failure> {
+    let read: Vec<PathBuf> = bake_config.limits.mask.iter().cloned().collect();
     let job = Job { input: &document.mesh, model: &document.model, folder, spared: &read };
     let mut scene = (*document.scene).clone();
-    let settings = recipe.settings(&job)?;
+    let settings = bake_config.settings(&job)?;
     let (map, baked) = open::bake_map(&mut scene, &job, &settings, progress)?;
     let OpenedMap { manifest, vertices } = map;
     let reasons = baked.bundle.choice.iter().map(ToString::to_string).collect();
     let (warnings, picture) = (baked.warnings.clone(), picture(&scene));
-    let origin = Origin::Baked { recipe: Box::new(recipe.clone()), folder: folder.to_owned(), baked: Box::new(baked) };
+    let origin =
+        Origin::Baked { bake_config: Box::new(bake_config.clone()), folder: folder.to_owned(), baked: Box::new(baked) };
     Ok(Map { scene: Arc::new(scene), manifest, vertices, picture, reasons, warnings, origin })
 }
 

@@ -207,7 +207,7 @@ impl<T> Drop for Slot<T> {
 }
 
 /// Lets go of something large, whose memory takes longer to give back than a frame may.
-pub fn discard(large: impl Send + 'static) {
+pub fn drop_in_background(large: impl Send + 'static) {
     // Where no thread can be started it is dropped here, with the closure.
     let _ = std::thread::Builder::new().name("planish-discard".to_owned()).spawn(move || drop(large));
 }

@@ -57,13 +57,13 @@ impl App {
         self.history.note(&choices, gesture);
     }
 
-    /// A changed recipe is baked once it has not changed for a while.
+    /// A changed bake_config is baked once it has not changed for a while.
     fn schedule_bake(&mut self) {
-        if self.choices.recipe != self.seen {
-            self.seen = self.choices.recipe.clone();
+        if self.choices.bake_config != self.seen {
+            self.seen = self.choices.bake_config.clone();
             self.due = Some(self.now + DEBOUNCE);
         }
-        if self.document.is_none() || self.begun.as_ref() == Some(&self.choices.recipe) {
+        if self.document.is_none() || self.begun.as_ref() == Some(&self.choices.bake_config) {
             self.due = None;
             return;
         }
@@ -74,7 +74,7 @@ impl App {
             return;
         }
         let Some(due) = self.due else { return };
-        // What is being baked is not wanted any more.
+        // What is being baked is not key any more.
         self.baking.drop_running();
         if self.rebake == Rebake::OnDemand {
             self.due = None;
@@ -101,12 +101,12 @@ impl App {
     fn schedule_measurement(&mut self) {
         let (Some(clean), Some(document)) = (self.clean.clone(), self.document.clone()) else { return };
         let lambda = self.choices.view.displace.lambda;
-        let wanted = (lambda, self.map.as_ref().map(|map| Arc::as_ptr(map) as usize));
+        let key = (lambda, self.map.as_ref().map(|map| Arc::as_ptr(map) as usize));
         // A measurement that is under way is let finish, so that numbers come while λ moves.
-        if self.measured_for == Some(wanted) || self.measuring.is_busy() {
+        if self.measured_for == Some(key) || self.measuring.is_busy() {
             return;
         }
-        self.measured_for = Some(wanted);
+        self.measured_for = Some(key);
         let (map, known) = (self.map.clone(), self.measured.as_ref().map(Measured::known));
         self.measuring.start(move |ticket| {
             let map = map.as_deref().map(|map| (map, lambda));

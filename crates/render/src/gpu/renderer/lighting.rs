@@ -1,13 +1,13 @@
 //! What lights a picture: shadow maps, the environment and the ground, as the shaders get them.
 
-use super::bindings::{Layouts, bind};
+use super::bind_groups::{Layouts, bind};
 use super::frame::Picture;
-use super::uploaded::Uploaded;
-use crate::environment::sample::Around;
+use super::gpu_scene::GpuScene;
+use crate::environment::sample::EnvironmentSampler;
 use crate::gpu::types::{Caster, Environment, Eye, Ground, Shadows};
 use crate::gpu::{DEPTH, Gpu};
 use crate::ground::Disc;
-use crate::lights::lamps;
+use crate::lights::world_lights;
 use crate::settings::Shading;
 use crate::settings::environment::Part;
 use crate::settings::ground::Show;
@@ -92,7 +92,7 @@ pub(super) struct Lighting {
 }
 
 impl Lighting {
-    pub(super) fn new(gpu: &Gpu, layouts: &Layouts, cache: &Cache, uploaded: &Uploaded, picture: &Picture) -> Self {
+    pub(super) fn new(gpu: &Gpu, layouts: &Layouts, cache: &Cache, gpu_scene: &GpuScene, picture: &Picture) -> Self {
         let (shadows, count) = shadows(picture);
         let maps = cache.maps(gpu, picture.settings.shadow.size, count as u32);
         let ground = ground(picture);
@@ -105,12 +105,12 @@ impl Lighting {
         let [shadow_buffer, environment, ground_buffer] = buffers.each_ref().map(wgpu::Buffer::as_entire_binding);
         let nearest = gpu.device.create_sampler(&wgpu::SamplerDescriptor::default());
         let resources = [
-            uploaded.frame.as_entire_binding(),
+            gpu_scene.frame.as_entire_binding(),
             shadow_buffer,
             wgpu::BindingResource::TextureView(&maps.all),
             environment,
-            wgpu::BindingResource::TextureView(&uploaded.environment),
-            wgpu::BindingResource::Sampler(&uploaded.environment_sampler),
+            wgpu::BindingResource::TextureView(&gpu_scene.environment),
+            wgpu::BindingResource::Sampler(&gpu_scene.environment_sampler),
             ground_buffer,
             wgpu::BindingResource::Sampler(&nearest),
         ];
@@ -160,7 +160,7 @@ fn shadows(picture: &Picture) -> (Shadows, usize) {
     if shadow.filter == Filter::None && shadow.show_map.is_none() {
         return (all, count);
     }
-    let eyes = shadow::eyes_of_lights(scene, settings, view, &lamps(scene, settings, view));
+    let eyes = shadow::shadow_views(scene, settings, view, &world_lights(scene, settings, view));
     for (i, eyes) in eyes.into_iter().enumerate() {
         (all.first_eye[i], all.eye_count[i]) = (count as u32, eyes.len() as u32);
         for eye in eyes {
@@ -168,7 +168,7 @@ fn shadows(picture: &Picture) -> (Shadows, usize) {
                 Rays::Parallel(half) => (1.0, half),
                 Rays::Perspective(half) => (0.0, half),
             };
-            let shadow::Eye { clip_from_world, near, far, light_size, .. } = eye;
+            let shadow::ShadowView { clip_from_world, near, far, light_size, .. } = eye;
             let world_from_clip = clip_from_world.inverse();
             all.eyes[count] =
                 Eye { clip_from_world, world_from_clip, near, far, half_width, light_size, parallel, ..Eye::zeroed() };
@@ -181,10 +181,10 @@ fn shadows(picture: &Picture) -> (Shadows, usize) {
 /// Uniforms of the environment; zero without one.
 fn environment(picture: &Picture) -> Environment {
     let Picture { scene, settings, ref view, aspect } = *picture;
-    let Some(around) = Around::new(scene.environment.as_ref(), settings, view, aspect) else {
+    let Some(sampler) = EnvironmentSampler::new(scene.environment.as_ref(), settings, view, aspect) else {
         return Environment::zeroed();
     };
-    let Around { surroundings, environment, environment_from_world, rays } = around;
+    let EnvironmentSampler { surroundings, environment, environment_from_world, rays } = sampler;
     let shown = |part| f32::from(u8::from(part == Part::Shown));
     Environment {
         environment_from_world: Mat4::from_mat3(environment_from_world),

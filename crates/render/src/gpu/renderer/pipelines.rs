@@ -1,8 +1,8 @@
 //! Compiled programs.
 
-use super::bindings::Layouts;
+use super::bind_groups::Layouts;
+use super::gpu_scene::GpuScene;
 use super::lighting::Lighting;
-use super::uploaded::Uploaded;
 use crate::gpu::shaders::{Program, Variant, source};
 use crate::gpu::{DEPTH, FORMAT};
 use crate::settings::shadow::Casters;
@@ -184,7 +184,7 @@ impl Casting {
     pub(super) fn run(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        uploaded: &Uploaded,
+        gpu_scene: &GpuScene,
         lighting: &Lighting,
         casters: Casters,
     ) {
@@ -205,9 +205,9 @@ impl Casting {
             });
             pass.set_pipeline(pipeline);
             pass.set_bind_group(0, &lighting.caster_bindings, &[i * lighting.caster_stride]);
-            pass.set_bind_group(1, &uploaded.map_bindings, &[]);
-            pass.set_bind_group(2, &uploaded.surface_bindings, &[]);
-            pass.draw(0..uploaded.corner_count, 0..1);
+            pass.set_bind_group(1, &gpu_scene.map_bindings, &[]);
+            pass.set_bind_group(2, &gpu_scene.surface_bindings, &[]);
+            pass.draw(0..gpu_scene.corner_count, 0..1);
         }
     }
 }
@@ -247,12 +247,12 @@ impl Compute {
         Self { positions: pipeline("cs_positions"), normals: pipeline("cs_normals") }
     }
 
-    pub(super) fn run(&self, encoder: &mut wgpu::CommandEncoder, uploaded: &Uploaded, result: Result) {
-        let groups = uploaded.vertex_count.div_ceil(64);
+    pub(super) fn run(&self, encoder: &mut wgpu::CommandEncoder, gpu_scene: &GpuScene, result: Result) {
+        let groups = gpu_scene.vertex_count.div_ceil(64);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_bind_group(1, &uploaded.map_bindings, &[]);
-        pass.set_bind_group(2, &uploaded.computed_surface_bindings, &[]);
-        pass.set_bind_group(3, &uploaded.result_bindings, &[]);
+        pass.set_bind_group(1, &gpu_scene.map_bindings, &[]);
+        pass.set_bind_group(2, &gpu_scene.computed_surface_bindings, &[]);
+        pass.set_bind_group(3, &gpu_scene.result_bindings, &[]);
         pass.set_pipeline(&self.positions);
         pass.dispatch_workgroups(groups.min(GROUPS_IN_ROW), groups.div_ceil(GROUPS_IN_ROW), 1);
         if result == Result::Normals {

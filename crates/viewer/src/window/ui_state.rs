@@ -31,7 +31,7 @@ pub enum Action {
 }
 
 /// What is open and asked for.
-pub struct Session {
+pub struct UiState {
     /// Noisy against denoised.
     pub comparing: Comparing,
     /// Where the line of the split view is, 0..=1; none in the middle.
@@ -59,7 +59,7 @@ pub struct Session {
     pub(super) marks: BTreeMap<String, Rect>,
 }
 
-impl Default for Session {
+impl Default for UiState {
     fn default() -> Self {
         Self {
             comparing: Comparing::Off,
@@ -79,7 +79,7 @@ impl Default for Session {
     }
 }
 
-impl Session {
+impl UiState {
     /// Notes where a widget is.
     pub(super) fn mark(&mut self, name: &str, rect: Rect) {
         match self.marks.get_mut(name) {

@@ -20,12 +20,12 @@ pub fn errors(
     what: Heat,
 ) -> Result<Vec<f32>, CompareError> {
     let positions = scene
-        .relief
+        .displacement
         .as_ref()
-        .map_or(Cow::Borrowed(&scene.mesh().positions), |relief| Cow::Owned(relief.displaced(displace)));
+        .map_or(Cow::Borrowed(&scene.mesh().positions), |binding| Cow::Owned(binding.displaced(displace)));
     let origin = input::origin(model);
-    let places: Vec<DVec3> = positions.iter().map(|p: &Vec3| p.as_dvec3() + origin).collect();
-    let result = Triangles::from(model.data()).at(model.weld().spread(&places));
+    let positions_in_f64: Vec<DVec3> = positions.iter().map(|p: &Vec3| p.as_dvec3() + origin).collect();
+    let result = Triangles::from(model.data()).at(model.weld().spread(&positions_in_f64));
     let heat = metrics::heat(clean, &result, what)?;
     Ok(model.weld().first().iter().map(|&line| heat[line as usize] as f32).collect())
 }

@@ -45,9 +45,9 @@ pub fn turntable(
     let mut files = Vec::new();
     for i in 0..count {
         progress.check()?;
-        let mut turned = settings.clone();
-        turned.camera.yaw += 360.0 * i as f32 / count as f32;
-        files.push((PathBuf::from(format!("{i:04}.png")), png(&draw(&turned)?)?));
+        let mut rotated = settings.clone();
+        rotated.camera.yaw += 360.0 * i as f32 / count as f32;
+        files.push((PathBuf::from(format!("{i:04}.png")), png(&draw(&rotated)?)?));
         progress.done(f64::from(i + 1) / f64::from(count));
     }
     progress.check()?;

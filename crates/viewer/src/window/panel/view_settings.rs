@@ -1,8 +1,8 @@
 //! How the model is drawn. Nothing here changes what is baked.
 
-use super::super::controls::{self, Standard};
 use super::super::dialog::FilePurpose;
-use super::super::session::Session;
+use super::super::orbit::{self, Standard};
+use super::super::ui_state::UiState;
 use super::{choose, name};
 use crate::app::App;
 use egui::Ui;
@@ -15,23 +15,23 @@ use planish_render::settings::shadow::Filter;
 use planish_render::settings::{Normals, Overlay, Sampling, Settings, Shading};
 
 /// What the surface shows, which is wanted all the time.
-pub(super) fn shading(ui: &mut Ui, app: &mut App, session: &mut Session) {
+pub(super) fn shading(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     // Numbers of one's own come from files, and with pictures that are drawn without a window.
     let all = Shading::ALL.iter().filter(|s| **s != Shading::Heat);
     let list = choose(ui, "shading", &mut app.choices.view.shading, all.map(|s| (name(s), *s)));
-    session.mark("shading", list.rect);
+    ui_state.mark("shading", list.rect);
 }
 
-pub(super) fn show(ui: &mut Ui, app: &mut App, session: &mut Session) {
+pub(super) fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     let view = &mut app.choices.view;
     choose(ui, "overlay", &mut view.overlay, Overlay::ALL.iter().map(|o| (name(o), *o)));
     choose(ui, "normals", &mut view.displace.normals, Normals::ALL.iter().map(|n| (name(n), *n)));
     choose(ui, "sampling", &mut view.sampling, Sampling::ALL.iter().map(|s| (name(s), *s)));
     camera(ui, view);
-    lights(ui, view, session);
+    lights(ui, view, ui_state);
     shadows(ui, view);
     material(ui, view);
-    surroundings(ui, view, session);
+    surroundings(ui, view, ui_state);
     if ui.button("Reset").clicked() {
         let Settings { size, camera, displace, .. } = *view;
         *view = Settings { size, camera, displace, ..Settings::default() };
@@ -47,13 +47,13 @@ fn camera(ui: &mut Ui, view: &mut Settings) {
             }
         }
         if ui.small_button("Fit").clicked() {
-            controls::fit(camera);
+            orbit::fit(camera);
         }
     });
     ui.horizontal(|ui| {
         let mut parallel = camera.projection == Projection::Orthographic;
         if ui.checkbox(&mut parallel, "parallel rays").changed() {
-            controls::switch_projection(camera);
+            orbit::switch_projection(camera);
         }
         ui.label("up");
         for (words, up) in [("y", UpAxis::Y), ("z", UpAxis::Z)] {
@@ -65,23 +65,23 @@ fn camera(ui: &mut Ui, view: &mut Settings) {
     }
 }
 
-fn lights(ui: &mut Ui, view: &mut Settings, session: &mut Session) {
-    session.light = session.light.min(view.lights.len().saturating_sub(1));
+fn lights(ui: &mut Ui, view: &mut Settings, ui_state: &mut UiState) {
+    ui_state.light = ui_state.light.min(view.lights.len().saturating_sub(1));
     ui.horizontal(|ui| {
         ui.label("lights").on_hover_text("hold L and drag in the view to move the chosen one");
         for i in 0..view.lights.len() {
-            ui.selectable_value(&mut session.light, i, format!("{}", i + 1));
+            ui.selectable_value(&mut ui_state.light, i, format!("{}", i + 1));
         }
         if ui.add_enabled(view.lights.len() < MAX_LIGHTS, egui::Button::new("+").small()).clicked() {
             let new = view.lights.last().copied().or_else(|| Settings::default().lights.first().copied());
             view.lights.extend(new.map(|light| Light { azimuth: -light.azimuth, ..light }));
-            session.light = view.lights.len() - 1;
+            ui_state.light = view.lights.len() - 1;
         }
         if ui.add_enabled(!view.lights.is_empty(), egui::Button::new("−").small()).clicked() {
-            view.lights.remove(session.light);
+            view.lights.remove(ui_state.light);
         }
     });
-    if let Some(light) = view.lights.get_mut(session.light) {
+    if let Some(light) = view.lights.get_mut(ui_state.light) {
         ui.add(egui::Slider::new(&mut light.azimuth, -180.0..=180.0).text("azimuth").suffix("°"));
         ui.add(egui::Slider::new(&mut light.elevation, -90.0..=90.0).text("elevation").suffix("°"));
         ui.add(egui::Slider::new(&mut light.intensity, 0.0..=3.0).text("intensity"));
@@ -123,7 +123,7 @@ fn shadows(ui: &mut Ui, view: &mut Settings) {
 }
 
 /// The environment, which comes from this program or from a file.
-fn surroundings(ui: &mut Ui, view: &mut Settings, session: &mut Session) {
+fn surroundings(ui: &mut Ui, view: &mut Settings, ui_state: &mut UiState) {
     let mut source = view.environment.as_ref().map(|s| s.source.clone());
     let scenes = [("none", None), ("desert", Some(Scene::Desert)), ("ice", Some(Scene::Ice))];
     let mut all: Vec<(String, Option<Source>)> =
@@ -135,7 +135,7 @@ fn surroundings(ui: &mut Ui, view: &mut Settings, session: &mut Session) {
         choose(ui, "environment", &mut source, all);
         if ui.small_button("…").on_hover_text("a picture twice as wide as high, or a folder with six faces").clicked()
         {
-            session.ask(FilePurpose::Environment);
+            ui_state.ask(FilePurpose::Environment);
         }
     });
     match source {

@@ -13,7 +13,7 @@ use winit::event_loop::ActiveEventLoop;
 use winit::window::Window;
 
 /// What is painted on.
-pub(super) struct Screen {
+pub(super) struct WindowSurface {
     surface: wgpu::Surface<'static>,
     configuration: wgpu::SurfaceConfiguration,
     renderer: egui_wgpu::Renderer,
@@ -21,7 +21,7 @@ pub(super) struct Screen {
     window: Arc<Window>,
 }
 
-impl Screen {
+impl WindowSurface {
     pub(super) fn new(
         window: &Arc<Window>,
         event_loop: &ActiveEventLoop,
@@ -38,11 +38,11 @@ impl Screen {
         };
         let instance = wgpu::Instance::new(descriptor);
         let surface = instance.create_surface(Arc::clone(window)).map_err(no_window)?;
-        let wanted = wgpu::RequestAdapterOptions {
+        let descriptor = wgpu::RequestAdapterOptions {
             compatible_surface: Some(&surface),
             ..wgpu::RequestAdapterOptions::default()
         };
-        let adapter = pollster::block_on(instance.request_adapter(&wanted));
+        let adapter = pollster::block_on(instance.request_adapter(&descriptor));
         let adapter = adapter.map_err(|_| Failure::internal(NoGpu::NoAdapter { backend }))?;
         let gpu = Gpu::on(&adapter).map_err(Failure::internal)?;
         let size = window.inner_size();

@@ -11,40 +11,40 @@ use std::borrow::Cow;
 
 /// Which way heights go.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Sense {
+pub enum Sign {
     /// p − λ · height · n: the map says how far noise lifted each vertex.
     #[default]
-    TakenOff,
+    Subtract,
     /// p + λ · height · n: the map says how far to lift each vertex.
-    PutOn,
+    Add,
 }
 
 /// A map and where each vertex samples it.
 #[derive(Clone, Debug)]
-pub struct Relief {
+pub struct DisplacementBinding {
     /// The map.
     pub map: Displacement,
     /// One for each position of the mesh, with the same coordinates. #V
     pub vertices: Vec<ShaderVertex>,
     /// Which way heights go.
-    pub sense: Sense,
+    pub sign: Sign,
     /// The other two corners of the triangles around each vertex, counter-clockwise. #V
     pub(crate) rings: Ragged<[u32; 2]>,
 }
 
-impl Relief {
+impl DisplacementBinding {
     /// Prepares normals of the displaced surface.
-    pub fn new(mesh: &Mesh, map: Displacement, vertices: Vec<ShaderVertex>, sense: Sense) -> Self {
+    pub fn new(mesh: &Mesh, map: Displacement, vertices: Vec<ShaderVertex>, sign: Sign) -> Self {
         let around = |t: [u32; 3]| (0..3).map(move |k| (t[k], [t[(k + 1) % 3], t[(k + 2) % 3]]));
         let rings = Ragged::group(mesh.positions.len(), mesh.triangles.iter().flat_map(|t| around(t.positions)));
-        Self { map, vertices, sense, rings }
+        Self { map, vertices, sign, rings }
     }
 
     /// λ with its sign for p − λ · height · n.
     pub(crate) fn signed_lambda(&self, displace: &Displace) -> f32 {
-        match self.sense {
-            Sense::TakenOff => displace.lambda,
-            Sense::PutOn => -displace.lambda,
+        match self.sign {
+            Sign::Subtract => displace.lambda,
+            Sign::Add => -displace.lambda,
         }
     }
 
@@ -73,11 +73,11 @@ impl Relief {
 
     fn map_with(&self, displace: &Displace) -> Cow<'_, Displacement> {
         let Encoding { bias, scale, .. } = self.map.encoding();
-        let wanted = self.bias_and_scale(displace);
-        if wanted == [bias, scale] {
+        let range = self.bias_and_scale(displace);
+        if range == [bias, scale] {
             Cow::Borrowed(&self.map)
         } else {
-            Cow::Owned(self.map.with_range(wanted[0], wanted[1]))
+            Cow::Owned(self.map.with_range(range[0], range[1]))
         }
     }
 

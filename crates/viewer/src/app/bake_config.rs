@@ -15,11 +15,11 @@ use std::path::{Path, PathBuf};
 
 /// Everything that `planish bake` has options for.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Recipe {
+pub struct BakeConfig {
     /// The method, unless there is a target.
     pub denoiser: Denoiser,
     /// What it may not do.
-    pub limits: Holds,
+    pub limits: LimitOptions,
     /// The result of another denoiser.
     pub target: Option<PathBuf>,
     /// All else; its goal is not looked at.
@@ -28,7 +28,7 @@ pub struct Recipe {
 
 /// Limits, as the command line has them.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Holds {
+pub struct LimitOptions {
     /// Whether the rim stays.
     pub boundary: bool,
     /// A text with the `v` lines that stay.
@@ -41,7 +41,7 @@ pub struct Holds {
     pub preserve_volume: bool,
 }
 
-impl Holds {
+impl LimitOptions {
     fn of(limits: &Limits) -> Self {
         let boundary = limits.fixed == Mask::boundary();
         Self {
@@ -66,7 +66,7 @@ impl Holds {
     }
 }
 
-impl Recipe {
+impl BakeConfig {
     /// What a manifest says, as far as it says it.
     pub fn of(manifest: &Manifest, path: &Path) -> Self {
         let (map, normal_map) = (&manifest.displacement, &manifest.normal_map);
@@ -76,7 +76,7 @@ impl Recipe {
                 // Maps of heights are along normals whatever the method says.
                 let free = map.map == MapKind::Scalar;
                 denoiser = if free { denoising.denoiser.freed() } else { denoising.denoiser.clone() };
-                limits = Holds::of(&denoising.limits);
+                limits = LimitOptions::of(&denoising.limits);
             }
             Method::Target(of) => target = Some(path.with_file_name(&of.file)),
             Method::Other(_) => {}
@@ -185,7 +185,7 @@ fn quoted(word: &str) -> String {
 fn add_settings(settings: &Settings, add: &mut impl FnMut(&str, String)) {
     let default = Settings::default();
     let Settings {
-        // The recipe has a method or a target instead.
+        // The bake_config has a method or a target instead.
         goal: _,
         welding,
         normals,
@@ -268,19 +268,19 @@ mod tests {
 
     #[test]
     fn defaults_are_left_out() {
-        let recipe = Recipe::default();
-        assert_eq!(recipe.command(Path::new("a/b c.obj"), Path::new("b c-planish")), "planish bake 'a/b c.obj'");
+        let bake_config = BakeConfig::default();
+        assert_eq!(bake_config.command(Path::new("a/b c.obj"), Path::new("b c-planish")), "planish bake 'a/b c.obj'");
         let folder = Path::new("it's");
-        assert_eq!(recipe.command(Path::new("a.obj"), folder), r"planish bake a.obj --output 'it'\''s'");
+        assert_eq!(bake_config.command(Path::new("a.obj"), folder), r"planish bake a.obj --output 'it'\''s'");
     }
 
     #[test]
     fn what_is_chosen_is_said() {
-        let mut recipe = Recipe { denoiser: Denoiser::every()[1].clone(), ..Recipe::default() };
-        recipe.settings.map = MapKind::VectorTangent;
-        recipe.settings.texel = TexelFormat::Exr16;
-        recipe.settings.carriers = Carriers::Obj;
-        let words = recipe.command(Path::new("a.obj"), Path::new("a-planish"));
+        let mut bake_config = BakeConfig { denoiser: Denoiser::every()[1].clone(), ..BakeConfig::default() };
+        bake_config.settings.map = MapKind::VectorTangent;
+        bake_config.settings.texel = TexelFormat::Exr16;
+        bake_config.settings.carriers = Carriers::Obj;
+        let words = bake_config.command(Path::new("a.obj"), Path::new("a-planish"));
         let expected =
             "planish bake a.obj --method taubin --map vector --space tangent --format exr --bits 16 --no-glb";
         assert_eq!(words, expected);
