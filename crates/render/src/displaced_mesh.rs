@@ -9,7 +9,7 @@ use planish_geometry::mesh::jagged::Ragged;
 use rayon::prelude::*;
 use std::borrow::Cow;
 
-/// Which way heights go.
+/// Direction in which heights move a vertex along its normal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sign {
     /// p − λ · height · n: the map says how far noise lifted each vertex.
@@ -22,11 +22,11 @@ pub enum Sign {
 /// A map and where each vertex samples it.
 #[derive(Clone, Debug)]
 pub struct DisplacementBinding {
-    /// The map.
+    /// Decoded displacement map.
     pub map: Displacement,
     /// One for each position of the mesh, with the same coordinates. #V
     pub vertices: Vec<ShaderVertex>,
-    /// Which way heights go.
+    /// Direction in which heights move a vertex along its normal.
     pub sign: Sign,
     /// The other two corners of the triangles around each vertex, counter-clockwise. #V
     pub(crate) rings: Ragged<[u32; 2]>,
@@ -59,7 +59,7 @@ impl DisplacementBinding {
         self.map.kind() == MapKind::Scalar && self.vertices.iter().any(|v| matches!(v.place, Some(Place::Uv(_))))
     }
 
-    /// How far texel 1 lifts the surface over texel 0, model units.
+    /// Height difference between texel 1 and texel 0 along the normal at this λ, model units.
     pub(crate) fn lift(&self, displace: &Displace) -> f32 {
         -self.signed_lambda(displace) * self.bias_and_scale(displace)[1]
     }
@@ -81,14 +81,14 @@ impl DisplacementBinding {
         }
     }
 
-    /// Where the vertices go. #V×3, model units.
+    /// Returns the displaced positions, #V×3, model units.
     pub fn displaced(&self, displace: &Displace) -> Vec<Vec3> {
         let map = self.map_with(displace);
         let lambda = self.signed_lambda(displace);
         self.vertices.par_iter().map(|v| v.displaced(&map, lambda)).collect()
     }
 
-    /// What the map says at each vertex, model units: the height, or the length of the vector. #V
+    /// Returns the height, or the length of the vector, that the map has at each vertex; #V, model units.
     pub fn heights(&self, displace: &Displace) -> Vec<f32> {
         let map = self.map_with(displace);
         self.vertices.par_iter().map(|v| v.height(&map)).collect()

@@ -1,4 +1,4 @@
-//! From a model in f64 to a scene in f32.
+//! Conversion of a model in f64 to a scene in f32.
 
 use crate::displaced_mesh::{DisplacementBinding, Sign};
 use crate::mesh::{Mesh, Side, Triangle};
@@ -60,7 +60,7 @@ pub fn scene(model: &Model, scalars: Option<&[f32]>) -> Result<Scene, SceneError
     })
 }
 
-/// What is subtracted from the coordinates of a model before they go to single precision, as maps have it.
+/// Point that is subtracted from the coordinates of a model before they are rounded to single precision, as maps have it.
 pub fn origin(model: &Model) -> DVec3 {
     displace::origin(model.surface().bounds())
 }
@@ -87,12 +87,12 @@ pub fn bind_heights(model: &Model, scene: &Scene, map: Displacement) -> Option<D
     Some(DisplacementBinding::new(mesh, map, vertices, Sign::Add))
 }
 
-/// Of values for each `v` line those of the vertices.
+/// Selects the values of the vertices from values for each `v` line.
 fn at_vertices<T: Copy>(model: &Model, of_lines: &[T]) -> Vec<T> {
     model.weld().first().iter().map(|&line| of_lines[line as usize]).collect()
 }
 
-/// Whether the texture is cut along the edge from a corner to the next one. One for each corner
+/// Marks the corners from which a texture seam runs to the next corner, one entry per corner.
 fn seams(model: &Model, atlas: &Atlas) -> Vec<bool> {
     let topology = model.surface().topology();
     let mut seams = vec![false; topology.faces().items().len()];

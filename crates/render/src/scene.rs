@@ -25,7 +25,7 @@ pub struct Scene {
     pub environment: Option<Environment>,
 }
 
-/// Why arrays are not a mesh.
+/// Reason why arrays are not a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum SceneError {
     /// A corner names a position, normal or texture coordinate that is not there.

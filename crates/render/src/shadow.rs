@@ -42,7 +42,7 @@ pub(crate) enum Rays {
 pub(crate) const MAX_SHADOW_VIEWS: usize = 6 * MAX_LIGHTS;
 /// Faces of a point light's map reach over one another a little, so that filters find what lies beyond an edge.
 const FACE: f32 = 1.06;
-/// How far the nearest caster may be from a light that stands inside the model, radii.
+/// Distance of the nearest caster from a light that stands inside the model, in radii.
 const NEAREST: f32 = 0.02;
 /// A little room about the bounding sphere, so that rounding does not cut the nearest vertex off.
 const SLACK: f32 = 1.05;

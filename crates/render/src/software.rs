@@ -44,11 +44,11 @@ pub fn render(scene: &Scene, settings: &Settings) -> RgbaImage {
     image
 }
 
-/// What lies nearest at a sample.
+/// Nearest triangle at a sample, and its depth.
 #[derive(Clone, Copy)]
 struct Nearest {
     depth: f32,
-    /// Into [`Mesh::triangles`].
+    /// Index into [`Mesh::triangles`]; out of range where there is none.
     triangle: u32,
 }
 
@@ -58,13 +58,13 @@ struct Picture<'a> {
     shader: Shader<'a>,
     ground: Option<Disc>,
     grid: Grid,
-    /// After displacement. #V
+    /// Displaced positions, #V×3.
     positions: Cow<'a, [Vec3]>,
-    /// Instead of those of the mesh. #V
+    /// Vertex normals that replace those of the mesh, #V×3.
     vertex_normals: Option<Vec<Vec3>>,
-    /// What the map says. #V, or nothing.
+    /// Heights of the map at the vertices, #V, model units; empty without a map.
     heights: Vec<f32>,
-    /// #V
+    /// Positions in clip space, #V×4.
     clip_positions: Vec<Vec4>,
     triangles: Vec<ScreenTriangle>,
 }
@@ -102,12 +102,12 @@ impl<'a> Picture<'a> {
         Self { mesh, settings, shader, ground, grid, positions, vertex_normals, heights, clip_positions, triangles }
     }
 
-    /// Samples along a side of a pixel.
+    /// Number of samples along a side of a pixel.
     fn supersampling(&self) -> usize {
         self.settings.supersampling.max(1) as usize
     }
 
-    /// For each band the triangles that touch it, in the mesh's order.
+    /// Lists, for each band, the triangles that touch it, in the order of the mesh.
     fn bands(&self) -> Vec<Vec<u32>> {
         let band_samples = BAND_ROWS * self.supersampling();
         let mut bands = vec![Vec::new(); self.grid.height.div_ceil(band_samples)];
@@ -200,13 +200,13 @@ impl<'a> Picture<'a> {
         }
     }
 
-    /// That of the displaced surface, or what a normal map is relative to, where those are asked for.
+    /// Normal of a corner: that of the displaced surface, or the one that a normal map is relative to, where the settings ask for them.
     fn corner_normal(&self, triangle: &Triangle, k: usize) -> Vec3 {
         let special = self.vertex_normals.as_ref().map(|normals| normals[triangle.positions[k] as usize]);
         special.filter(|n| *n != Vec3::ZERO).unwrap_or_else(|| self.mesh.normals[triangle.normals[k] as usize])
     }
 
-    /// Linear RGB of the corners, blended; nothing with other ways of shading.
+    /// Colour of the lit corners, blended, linear RGB; zero unless the shading is Gouraud.
     fn gouraud(&self, corners: [Vec3; 3], normals: [Vec3; 3], face_normal: Vec3, weights: Vec3) -> Vec3 {
         if self.settings.shading != Shading::Gouraud {
             return Vec3::ZERO;
@@ -249,7 +249,7 @@ fn plane_weights(clip_corners: [Vec4; 3], ndc: DVec2) -> Vec3 {
     Vec3::from(weights.map(|w| (w / sum) as f32))
 }
 
-/// The same for a sample of the triangle: corners are rounded to the raster's grid, so it may lie outside by a hair.
+/// Clamps barycentric weights of a sample to its triangle: corners are rounded to the raster's grid, so it may lie outside by a hair.
 fn inside(weights: Vec3) -> Vec3 {
     let weights = weights.max(Vec3::ZERO);
     let sum = weights.element_sum();

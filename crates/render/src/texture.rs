@@ -1,4 +1,4 @@
-//! Pictures on the surface, and how they are read between their texels.
+//! Pictures on the surface, and their interpolation between texels.
 
 use crate::colour::{linear_from_byte, srgb_from_linear};
 use crate::settings::Sampling;
@@ -6,7 +6,7 @@ use glam::{IVec2, Vec2, Vec3};
 use image::RgbaImage;
 use rayon::prelude::*;
 
-/// What the numbers of a picture are.
+/// Meaning of the numbers of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content {
     /// Colours: sRGB, blended as light.
@@ -23,7 +23,7 @@ pub struct Texture {
     content: Content,
 }
 
-/// Which triangles have which texture.
+/// Textures of the triangles of a mesh.
 #[derive(Clone, Debug, Default)]
 pub struct Textures {
     all: Vec<Texture>,
@@ -32,7 +32,7 @@ pub struct Textures {
 }
 
 impl Textures {
-    /// One for all triangles.
+    /// Gives one texture to all triangles.
     pub fn one(texture: Texture) -> Self {
         Self { all: vec![texture], of_triangles: Vec::new() }
     }
@@ -43,7 +43,7 @@ impl Textures {
         of_triangles.iter().all(inside).then_some(Self { all, of_triangles })
     }
 
-    /// Each once.
+    /// Returns all textures, each once.
     pub fn all(&self) -> &[Texture] {
         &self.all
     }
@@ -72,12 +72,12 @@ impl Texture {
         Some(Self { levels, content })
     }
 
-    /// The levels of detail, finest first.
+    /// Returns the levels of detail, finest first.
     pub fn levels(&self) -> &[RgbaImage] {
         &self.levels
     }
 
-    /// What its numbers are.
+    /// Returns the meaning of the numbers.
     pub fn content(&self) -> Content {
         self.content
     }
@@ -116,7 +116,7 @@ impl Texture {
         (flipped - flipped.floor()) * self.size(level) - 0.5
     }
 
-    /// Like the GPU, this blends light and not encoded values.
+    /// Interpolates bilinearly. Like the GPU, this blends light and not encoded values.
     fn bilinear(&self, level: usize, uv: Vec2) -> Vec3 {
         let p = self.texel_from_uv(level, uv);
         let low = p.floor();

@@ -1,4 +1,4 @@
-//! The window without its window: what is open, what is wanted, and what goes on in the background. No GPU, no widgets;
+//! State of the window: what is open, what is chosen, and what goes on in the background. No GPU, no widgets;
 //! [`App::tick`] never waits.
 
 pub mod bake_config;
@@ -33,44 +33,44 @@ use std::time::Instant;
 use watch::Watch;
 use window_state::WindowState;
 
-/// What undo goes back over.
+/// Choices that undo restores.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Choices {
-    /// What is baked.
+    /// Settings of the bake.
     pub bake_config: BakeConfig,
-    /// How it is drawn. The camera is no matter of undo.
+    /// Settings of the view. The camera is no matter of undo.
     pub view: Settings,
 }
 
-/// Whether a change of the bake_config is baked at once.
+/// Time at which a change of the bake settings is baked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Rebake {
-    /// As soon as it settles.
+    /// Changes are baked as soon as they settle.
     #[default]
     Live,
-    /// When asked to.
+    /// Changes are baked when the user asks for it.
     OnDemand,
 }
 
 /// The state behind the window.
 pub struct App {
-    /// What can be undone.
+    /// Choices that can be undone.
     pub choices: Choices,
-    /// Whether changes are baked at once.
+    /// Time at which changes are baked.
     pub rebake: Rebake,
-    /// What is remembered from start to start.
+    /// State that is kept from one start to the next.
     pub window_state: WindowState,
     document: Option<Arc<Document>>,
     map: Option<Arc<Map>>,
     clean: Option<Arc<Clean>>,
     measured: Option<Measured>,
-    /// Of the last bake that was begun, or of the map that was opened.
+    /// Settings of the last bake that was begun, or of the map that was opened.
     begun: Option<BakeConfig>,
-    /// Of the map that is shown.
+    /// Settings of the map that is shown.
     shown: Option<BakeConfig>,
-    /// As it was at the last look.
+    /// Settings of the bake at the last tick.
     seen: BakeConfig,
-    /// When the next bake begins.
+    /// Time at which the next bake begins.
     due: Option<Instant>,
     /// The time of the last tick.
     now: Instant,
@@ -84,11 +84,11 @@ pub struct App {
     measured_for: Option<(f32, Option<usize>)>,
     drawing: Slot<Vec<PathBuf>>,
     watch: Watch,
-    /// What is loaded now, or was last.
+    /// Path that is being loaded, or was loaded last.
     source: Option<PathBuf>,
 }
 
-/// What runs in the background, by what the user would call it.
+/// Kinds of work in the background, as the user would call them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Work {
     /// Reading files.
@@ -99,7 +99,7 @@ pub enum Work {
     Save,
     /// Comparing with the clean mesh.
     Measure,
-    /// Pictures on disk.
+    /// Drawing pictures to disk.
     Draw,
 }
 
@@ -109,7 +109,7 @@ impl Work {
 }
 
 impl App {
-    /// Nothing is open. `wake` is called when [`tick`](Self::tick) has something to do.
+    /// Creates an app with nothing open. `wake` is called when [`tick`](Self::tick) has something to do.
     pub fn new(wake: &Wake, window_state: WindowState) -> Self {
         let choices = Choices::default();
         Self {
@@ -138,24 +138,24 @@ impl App {
         }
     }
 
-    /// The mesh.
+    /// Returns the open mesh.
     pub fn document(&self) -> Option<&Arc<Document>> {
         self.document.as_ref()
     }
-    /// The last map that came out well.
+    /// Returns the last map that was opened or baked successfully.
     pub fn map(&self) -> Option<&Arc<Map>> {
         self.map.as_ref()
     }
-    /// The clean mesh.
+    /// Returns the clean mesh that is compared with.
     pub fn clean(&self) -> Option<&Arc<Clean>> {
         self.clean.as_ref()
     }
-    /// Against the clean mesh.
+    /// Returns the comparison with the clean mesh.
     pub fn measured(&self) -> Option<&Measured> {
         self.measured.as_ref()
     }
 
-    /// Where work is.
+    /// Returns the progress of one kind of work; none while it does not run.
     pub fn status(&self, work: Work) -> Option<Status> {
         match work {
             Work::Load => self.loading.status(),
@@ -204,7 +204,7 @@ impl App {
         self.loading.start(move |ticket| Ok(Loaded::Clean(Clean::read(&path, ticket)?)));
     }
 
-    /// Compares no more.
+    /// Stops comparing with the clean mesh.
     pub fn forget_clean(&mut self) {
         self.measuring.drop_running();
         (self.clean, self.measured, self.measured_for) = (None, None, None);
@@ -217,7 +217,7 @@ impl App {
         }
     }
 
-    /// The folder that files are baked for: that of the map that is shown, or one beside the mesh.
+    /// Returns the folder that files are baked for: that of the map that is shown, or one beside the mesh.
     pub fn folder(&self) -> Option<PathBuf> {
         let document = self.document.as_ref()?;
         match self.map.as_ref().map(|map| &map.origin) {
@@ -228,12 +228,12 @@ impl App {
         }
     }
 
-    /// Whether the map that is shown is what the bake_config would give.
+    /// Returns whether the map that is shown is what the settings of the bake would give.
     pub fn is_baked(&self) -> bool {
         self.shown.as_ref() == Some(&self.choices.bake_config)
     }
 
-    /// Begins to bake now.
+    /// Starts a bake now.
     pub fn bake(&mut self) {
         let (Some(document), Some(folder)) = (self.document.clone(), self.folder()) else { return };
         self.due = None;
@@ -272,7 +272,7 @@ impl App {
         self.drawing.start(work);
     }
 
-    /// The command line that bakes the same files.
+    /// Returns the command line that bakes the same files.
     pub fn command(&self) -> Option<String> {
         let document = self.document.as_ref()?;
         Some(self.choices.bake_config.command(&document.mesh, &self.folder()?))

@@ -1,4 +1,4 @@
-//! The command line.
+//! Options of the command line.
 
 use clap::{Parser, ValueEnum};
 use planish_files::failure::Failure;
@@ -146,7 +146,7 @@ impl From<ErrorKind> for Heat {
 }
 
 impl Args {
-    /// Which files are read.
+    /// Returns the files that are read.
     pub(crate) fn files(&self) -> Result<Files, Failure> {
         let none = || Failure::Input("--headless needs a mesh to draw".to_owned());
         let input = self.input.clone().ok_or_else(none)?;

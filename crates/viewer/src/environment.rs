@@ -24,7 +24,7 @@ pub fn parse_source(text: &str) -> Result<Source, Infallible> {
     })
 }
 
-/// How the files of the faces +x −x +y −y +z −z may be called, before the dot: right, left, up, down, ahead, behind.
+/// File names of the faces +x −x +y −y +z −z (right, left, up, down, ahead, behind), without the extension.
 pub const NAMES: [[&str; 6]; 3] = [
     ["px", "nx", "py", "ny", "pz", "nz"],
     ["posx", "negx", "posy", "negy", "posz", "negz"],

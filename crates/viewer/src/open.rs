@@ -25,7 +25,7 @@ use planish_render::settings::{Settings, Shading};
 use planish_render::texture::{Content, Texture, Textures};
 use std::path::{Path, PathBuf};
 
-/// What to show.
+/// Files that make up a scene.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Files {
     /// The mesh; where there is none, the carrier of the map.
@@ -42,27 +42,27 @@ pub struct Files {
     pub scalars: Option<PathBuf>,
 }
 
-/// What was read.
+/// Model and scene that were read, and what was baked for them.
 #[derive(Debug)]
 pub struct Opened {
-    /// Where the mesh was.
+    /// Path of the mesh.
     pub mesh: PathBuf,
-    /// The mesh.
+    /// Model of the mesh.
     pub model: Model,
-    /// What is drawn.
+    /// Scene that is drawn.
     pub scene: Scene,
     /// The map that the scene has on it; none without one.
     pub map: Option<OpenedMap>,
     /// Files of the map that are not written; none where none was baked.
     pub baked: Option<Baked>,
-    /// What is missing, and the picture can do without.
+    /// Warnings about files that are missing and not essential.
     pub warnings: Vec<String>,
 }
 
 /// A map on a scene.
 #[derive(Debug)]
 pub struct OpenedMap {
-    /// What is known of the map.
+    /// Manifest of the map.
     pub manifest: Manifest,
     /// Vertices of the mesh as the map displaces them, one for each `v` line. #v
     pub vertices: Vec<ShaderVertex>,
@@ -114,7 +114,7 @@ pub fn open(files: &Files, settings: &Settings, progress: &dyn Progress) -> Resu
     Ok(Opened { mesh, model, scene, map, baked, warnings })
 }
 
-/// At λ = 0 only some ways of shading look at the map.
+/// Returns whether the settings need a map: at λ = 0 only some shadings look at it.
 fn needs_map(settings: &Settings) -> bool {
     settings.displace.lambda != 0.0 || matches!(settings.shading, Shading::Height | Shading::NormalMap | Shading::Bump)
 }

@@ -1,4 +1,4 @@
-//! Files in, a picture out, or a window.
+//! Entry of the program: a picture, timings, or the window.
 
 use crate::args::Args;
 use crate::timings;

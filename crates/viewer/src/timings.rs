@@ -1,4 +1,4 @@
-//! How long a picture takes, and what it takes up.
+//! Measurement of the time and memory that a picture takes.
 
 use planish_render::gpu::NoGpu;
 use planish_render::gpu::renderer::{Renderer, Smoothness};
@@ -10,14 +10,14 @@ use std::time::{Duration, Instant};
 /// Frames that are drawn for the median.
 const FRAMES: usize = 15;
 
-/// What `--timings` prints. Seconds.
+/// Report of `--timings`; times in seconds.
 #[derive(Debug, Serialize)]
 pub(crate) struct Timings {
     adapter: String,
     triangles: usize,
     width: u32,
     height: u32,
-    /// From the start of the program until the scene is in memory: reading, and baking where there is no map.
+    /// Time from the start of the program until the scene is in memory: reading, and baking where there is no map.
     opening: f64,
     /// Finding the device and compiling the shaders.
     starting: f64,

@@ -1,4 +1,4 @@
-//! How far off a clean mesh the displaced surface is, for heat maps.
+//! Error of each vertex of the displaced surface against a clean mesh, for heat maps.
 
 use glam::{DVec3, Vec3};
 use planish_geometry::metrics::{self, CompareError, Heat, Triangles};
@@ -30,7 +30,7 @@ pub fn errors(
     Ok(model.weld().first().iter().map(|&line| heat[line as usize] as f32).collect())
 }
 
-/// From no error to the 99th percentile: one bad vertex must not leave all others in one colour.
+/// Range of a heat map of errors: from 0 to the 99th percentile, so that one bad vertex does not leave all others in one colour.
 pub fn range(errors: &[f32]) -> Range {
     let mut sorted: Vec<f64> = errors.iter().filter(|x| x.is_finite()).map(|x| f64::from(*x)).collect();
     sorted.sort_unstable_by(f64::total_cmp);

@@ -38,20 +38,20 @@ fn no_window(reason: impl Display) -> Failure {
     Failure::Internal(format!("no window can be opened: {reason}; draw into a file with --headless OUT.png"))
 }
 
-/// What the command line says.
+/// Options of the window, from the command line.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// What to open first.
+    /// File to open first.
     pub open: Option<PathBuf>,
-    /// Which driver draws.
+    /// Backend that draws.
     pub backend: Backend,
-    /// How to draw.
+    /// Settings of the view at the start.
     pub settings: Settings,
     /// Write what happens, one JSON object a line.
     pub log: Option<PathBuf>,
 }
 
-/// Something happened in the background.
+/// Event that wakes the window: something happened in the background.
 #[derive(Clone, Copy, Debug)]
 struct BackgroundEvent;
 
@@ -75,14 +75,14 @@ struct WindowApp {
     failed: Option<Failure>,
 }
 
-/// What there is while there is a window.
+/// Resources that exist while the window is open.
 struct Open {
     window: Arc<Window>,
     context: egui::Context,
     input: egui_winit::State,
     surface: WindowSurface,
     targets: ViewportTargets,
-    /// When to draw again although nothing happens.
+    /// Time at which to draw again although nothing happens.
     again: Option<Instant>,
 }
 
@@ -107,7 +107,7 @@ impl WindowApp {
         self.open_on(Arc::new(window), event_loop)
     }
 
-    /// What draws in a window. Nothing of it outlives its graphics device.
+    /// Opens everything that draws in a window. None of it outlives its graphics device.
     fn open_on(&self, window: Arc<Window>, event_loop: &ActiveEventLoop) -> Result<Open, Failure> {
         let (surface, gpu) = WindowSurface::new(&window, event_loop, self.options.backend)?;
         let targets = ViewportTargets::new(gpu, &wake(&self.proxy));
@@ -141,7 +141,7 @@ impl WindowApp {
         event_loop.exit();
     }
 
-    /// One frame.
+    /// Draws one frame.
     fn draw(&mut self, event_loop: &ActiveEventLoop) {
         if self.open.as_ref().is_some_and(|open| open.targets.is_lost()) {
             return self.replace_device(event_loop);

@@ -42,7 +42,7 @@ fn face_from_direction(d: Vec3) -> (usize, Vec2) {
     (face, Vec2::new(right, down) / ahead)
 }
 
-/// Why pictures are not the faces of a cube.
+/// Error of six pictures that are not the faces of a cube.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the faces of a cube must be squares of one size, and not empty")]
 pub struct FaceError;
@@ -95,28 +95,28 @@ impl CubeMap {
         Self { size, texels: (0..6 * size * size).into_par_iter().map(texel).collect() }
     }
 
-    /// The same sphere with faces of another size: averaged where they get smaller.
+    /// Resamples the cube map to faces of another size; texels are averaged where the faces get smaller.
     pub fn resized(&self, size: usize) -> Self {
         Self::averaged(size, self.size.div_ceil(size).clamp(1, 8), |d| self.at(d))
     }
 
-    /// Half the size, each texel the mean of four.
+    /// Halves the size of the faces; each texel is the mean of four.
     pub fn halved(&self) -> Self {
         let half = (self.size / 2).max(1);
         if half == self.size { self.clone() } else { self.resized(half) }
     }
 
-    /// Texels along a side.
+    /// Returns the number of texels along a side of a face.
     pub fn size(&self) -> usize {
         self.size
     }
 
-    /// Linear RGB: face by face, row by row.
+    /// Returns all texels, linear RGB: face by face, row by row.
     pub fn texels(&self) -> &[Vec3] {
         &self.texels
     }
 
-    /// Directions to the middle of each texel (unit) with its radiance and its steradians.
+    /// Iterates over the texels: unit direction to the centre, radiance and solid angle in steradians.
     pub fn parts(&self) -> impl Iterator<Item = (Vec3, Vec3, f64)> {
         let size = self.size;
         self.texels.iter().enumerate().map(move |(i, &radiance)| {
@@ -125,7 +125,7 @@ impl CubeMap {
         })
     }
 
-    /// What comes from a direction of any length: bilinear between texel centres, across edges too.
+    /// Returns the radiance from a direction of any length: bilinear between texel centres, across edges too.
     pub fn at(&self, direction: Vec3) -> Vec3 {
         let (face, position) = face_from_direction(direction);
         let p = (0.5 * position + 0.5) * self.size as f32 - 0.5;

@@ -9,7 +9,7 @@ use super::cube::CubeMap;
 use glam::{Quat, Vec3};
 use std::f32::consts::{PI, TAU};
 
-/// Texels along a side of the last level.
+/// Number of texels along a side of the last level.
 const SMALLEST: usize = 8;
 
 /// Levels of detail of roughness 0, …, 1 in even steps, each half the size of the one before.
@@ -33,7 +33,7 @@ pub fn levels(environment: CubeMap) -> Vec<CubeMap> {
 struct Sample {
     direction: Vec3,
     weight: f32,
-    /// Which of the means to look it up in.
+    /// Level of detail of the mean radiance that the sample is looked up in.
     level: f32,
 }
 

@@ -14,9 +14,9 @@ pub use crate::settings::environment::Scene;
 /// A disc of light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sun {
-    /// Unit, towards it.
+    /// Unit direction towards the sun.
     pub direction: Vec3,
-    /// On a surface that faces it, linear RGB.
+    /// Irradiance of a surface that faces the sun, linear RGB.
     pub irradiance: Vec3,
 }
 
@@ -34,7 +34,7 @@ impl Sun {
 }
 
 impl Scene {
-    /// What is seen all around, without the sun's disc, and the sun.
+    /// Draws the panorama without the sun's disc, and returns the sun beside it.
     pub fn draw(self, height: usize) -> (Equirect, Sun) {
         match self {
             Self::Desert => draw(&desert::Desert::new(), height, |d| &d.sky),
@@ -54,7 +54,7 @@ fn to_sun(azimuth: f32, elevation: f32) -> Vec3 {
     Vec3::new(azimuth.sin() * elevation.cos(), elevation.sin(), azimuth.cos() * elevation.cos())
 }
 
-/// How much of the sky thin clouds cover, 0..1.
+/// Fraction of the sky that thin clouds cover in a direction, 0..1.
 fn cirrus(direction: Vec3, amount: f32, seed: u32) -> f32 {
     // On a flat layer of cloud, far away near the horizon.
     let height = direction.y.max(0.0) + 0.06;

@@ -8,7 +8,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::{FRAC_PI_2, PI};
 
-/// Metres.
+/// Radius of the earth, metres.
 const EARTH: f32 = 6_360e3;
 const TOP: f32 = 6_420e3;
 /// Per metre at sea level, red, green, blue.
@@ -17,7 +17,7 @@ const MIE: f32 = 21e-6;
 /// Heights in which the air gets thinner by e, metres.
 const RAYLEIGH_HEIGHT: f32 = 8_000.0;
 const MIE_HEIGHT: f32 = 1_200.0;
-/// Haze scatters forwards.
+/// Asymmetry of Mie scattering: haze scatters forwards.
 const ASYMMETRY: f32 = 0.76;
 /// Table entries over azimuth from the sun, 0..π, and elevation, 0..π/2.
 const COLUMNS: usize = 64;
@@ -26,7 +26,7 @@ const ROWS: usize = 48;
 /// A sky, tabulated by azimuth from the sun and by elevation.
 #[derive(Clone, Debug)]
 pub(super) struct Sky {
-    /// Unit, towards the sun.
+    /// Unit direction towards the sun.
     pub(super) to_sun: Vec3,
     /// Irradiance of the sun on a surface that faces it, in the units of the sky's radiance.
     pub(super) sun: Vec3,
@@ -80,7 +80,7 @@ struct Air {
     sun: f32,
 }
 
-/// Metres along a ray to the sphere of this radius about the earth's middle, from inside of it.
+/// Distance along a ray to the sphere of this radius about the earth's centre, from inside of it, metres.
 fn to_sphere(origin: Vec3, direction: Vec3, radius: f32) -> f32 {
     // In units of the radius: squares of metres would lose what matters.
     let (o, b) = (origin / radius, origin.dot(direction) / radius);
@@ -94,7 +94,7 @@ impl Air {
         Vec2::new((-height / RAYLEIGH_HEIGHT).exp(), (-height / MIE_HEIGHT).exp())
     }
 
-    /// What is left of light after so much air.
+    /// Transmittance of an optical depth of air.
     fn transmittance(&self, depth: Vec2) -> Vec3 {
         // Haze absorbs a tenth of what it scatters.
         (-(RAYLEIGH * depth.x + 1.1 * MIE * self.haze * depth.y)).exp()

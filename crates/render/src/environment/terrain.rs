@@ -7,7 +7,7 @@ use super::equirect::{Equirect, direction_from_uv};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-/// Where walks begin and end, metres.
+/// Distance at which walks begin, metres; they end at [`FAR`].
 const NEAR: f32 = 0.2;
 const FAR: f32 = 12e3;
 /// Steps of a walk; each is 1 % longer than the one before.
@@ -35,7 +35,7 @@ pub(super) fn normal(landscape: &impl Landscape, position: Vec2, footprint: f32)
     Vec3::new(here - at(step, 0.0), step, here - at(0.0, step)).normalize()
 }
 
-/// How much of the sun is seen from the ground: 0 in shadow, 1 in the open, between them at the rim.
+/// Fraction of the sun's disc that is visible from the ground: 0 in shadow, 1 in the open, between them in the penumbra.
 pub(super) fn sunlit(landscape: &impl Landscape, position: Vec2, to_sun: Vec3, footprint: f32) -> f32 {
     const STEPS: usize = 16;
     const REACH: f32 = 300.0;
@@ -68,7 +68,7 @@ pub(super) fn panorama(landscape: &impl Landscape, height: usize) -> Equirect {
     Equirect::new(width, texels).unwrap_or_else(|| Equirect::from_fn(1, |d| landscape.sky(d)))
 }
 
-/// From the zenith down.
+/// Draws one column of the panorama, from the zenith down.
 fn draw_column(landscape: &impl Landscape, column: usize, width: usize, height: usize) -> Vec<Vec3> {
     let u = (column as f32 + 0.5) / width as f32;
     let at = |part: usize| direction_from_uv(Vec2::new(u, (part as f32 + 0.5) / (height * PARTS) as f32));

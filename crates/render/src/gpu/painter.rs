@@ -23,7 +23,7 @@ impl<'a> Painter<'a> {
         Ok(Self { backend, renderer, scene, gpu_scene })
     }
 
-    /// What draws.
+    /// Returns the renderer.
     pub fn renderer(&self) -> &Renderer {
         &self.renderer
     }

@@ -35,13 +35,13 @@ use pipelines::Pipelines;
 use rayon::prelude::*;
 use targets::Samplers;
 
-/// What is the same for all scenes.
+/// Renderer on a GPU: device, layouts and compiled programs, which all scenes share.
 #[derive(Debug)]
 pub struct Renderer {
     gpu: Gpu,
     layouts: Layouts,
     samplers: Samplers,
-    /// For targets with one sample per pixel, and with several.
+    /// Pipelines for targets with one sample per pixel, and with several.
     pipelines: [Pipelines; 2],
     compute: pipelines::Compute,
     casting: pipelines::Casting,
@@ -54,7 +54,7 @@ pub struct Target {
     size: Size,
     samples: u32,
     depth: wgpu::TextureView,
-    /// With several samples per pixel: what is averaged in the end.
+    /// Multisampled colour that is resolved in the end; none with one sample per pixel.
     colour: Option<wgpu::TextureView>,
 }
 
@@ -86,7 +86,7 @@ impl Target {
 }
 
 impl Renderer {
-    /// Compiles the shaders.
+    /// Compiles the shaders on a device.
     pub fn new(gpu: Gpu) -> Self {
         let layouts = Layouts::new(&gpu.device);
         let pipelines = [1, gpu.samples].map(|samples| Pipelines::new(&gpu.device, &layouts, samples));
@@ -96,7 +96,7 @@ impl Renderer {
         Self { samplers, layouts, pipelines, compute, casting, shadow_maps: <_>::default(), gpu }
     }
 
-    /// The device.
+    /// Returns the device.
     pub fn gpu(&self) -> &Gpu {
         &self.gpu
     }
@@ -187,7 +187,7 @@ impl Renderer {
         Ok(self.image_of(&self.upload(scene)?, scene, settings))
     }
 
-    /// The same of a scene that is on the device.
+    /// Draws the picture that the settings describe of a scene that was uploaded before.
     pub fn image_of(&self, gpu_scene: &GpuScene, scene: &Scene, settings: &Settings) -> RgbaImage {
         let longest = settings.size.width.max(settings.size.height);
         let most = (self.gpu.device.limits().max_texture_dimension_2d / longest).max(1);
@@ -203,7 +203,7 @@ impl Renderer {
         image
     }
 
-    /// Where the vertex stage puts the vertices of the mesh. #V×3, model units.
+    /// Returns the positions to which the vertex stage moves the vertices of the mesh, #V×3, model units.
     pub fn positions(&self, gpu_scene: &GpuScene, scene: &Scene, displace: &Displace) -> Vec<Vec3> {
         self.write_displacement(gpu_scene, scene, displace);
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -220,7 +220,7 @@ impl Renderer {
     }
 }
 
-/// How edges look.
+/// Antialiasing of edges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Smoothness {
     /// Each pixel is what its centre shows.
@@ -229,7 +229,7 @@ pub enum Smoothness {
     SmoothEdges,
 }
 
-/// Means of squares of pixels, in linear light.
+/// Shrinks a picture by averaging squares of pixels in linear light.
 fn shrunk(large: RgbaImage, scale: u32) -> RgbaImage {
     if scale == 1 {
         return large;

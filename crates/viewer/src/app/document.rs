@@ -19,65 +19,65 @@ use planish_render::settings::{Displace, Settings, Shading};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A mesh that was read.
+/// Mesh that was read from a file.
 #[derive(Debug)]
 pub struct Document {
-    /// Where it lies.
+    /// Path of the mesh.
     pub mesh: PathBuf,
-    /// What is in it.
+    /// Model that was read from the file.
     pub model: Model,
-    /// The same as `planish info` says.
+    /// Report on the mesh, as `planish info` prints it.
     pub info: Info,
-    /// What is drawn until there is another map.
+    /// Scene that is drawn until there is a map.
     pub scene: Arc<Scene>,
 }
 
-/// A map that can be shown.
+/// Displacement map that can be shown.
 #[derive(Debug)]
 pub struct Map {
-    /// The mesh with the map on it.
+    /// Scene of the mesh with the map attached.
     pub scene: Arc<Scene>,
-    /// What is known of the map.
+    /// Manifest of the map.
     pub manifest: Manifest,
     /// Vertices of the mesh as the map displaces them, one for each `v` line. #v
     pub vertices: Vec<ShaderVertex>,
-    /// Its heights as greys, or its vectors as colours.
+    /// Picture of the map: heights as greys, or vectors as colours.
     pub picture: RgbaImage,
-    /// Why its layout and size are what they are, in words.
+    /// Reasons for the layout and size of the map, in words.
     pub reasons: Vec<String>,
-    /// What the user should know.
+    /// Warnings about the bake.
     pub warnings: Vec<String>,
-    /// Where it is from.
+    /// Origin of the map.
     pub origin: Origin,
 }
 
-/// Where a map is from.
+/// Origin of a map.
 #[derive(Debug)]
 pub enum Origin {
-    /// Read from a file.
+    /// The map was read from this file.
     File(PathBuf),
-    /// Baked here, for a folder.
+    /// The map was baked here, for a folder.
     Baked {
-        /// By this.
+        /// Configuration of the bake.
         bake_config: Box<BakeConfig>,
-        /// For this folder.
+        /// Folder that the files are for.
         folder: PathBuf,
-        /// Files to write.
+        /// Files of the bake, as bytes.
         baked: Box<Baked>,
     },
 }
 
 impl Map {
-    /// The decoded map.
+    /// Returns the decoded map.
     pub fn displacement(&self) -> Option<&Displacement> {
         self.scene.displacement.as_ref().map(|binding| &binding.map)
     }
 }
 
-/// What can be opened.
+/// Kinds of files that can be opened.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// A mesh.
+    /// An OBJ mesh.
     Mesh,
     /// The manifest of a map.
     Manifest,
@@ -85,7 +85,7 @@ pub enum Kind {
     Picture,
 }
 
-/// What a path names, by its ending.
+/// Returns the kind of file that a path names, by its extension.
 pub fn kind(path: &Path) -> Option<Kind> {
     let ending = path.extension()?.to_string_lossy().to_lowercase();
     match ending.as_str() {

@@ -1,4 +1,4 @@
-//! What becomes of the results of work in the background.
+//! Handling of the results of work in the background.
 
 use super::bake_config::BakeConfig;
 use super::document::{Document, Map, Origin};

@@ -1,4 +1,4 @@
-//! What the passing of time and changed choices set off: bakes, measurements and steps of undo.
+//! Schedule of bakes, measurements and steps of undo after changed choices.
 
 use super::history::Gesture;
 use super::measurement::{self, Measured};
@@ -9,7 +9,7 @@ use planish_render::settings::{Settings, Size};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// How long nothing must change before a new bake begins.
+/// Time for which nothing must change before a new bake begins.
 pub const DEBOUNCE: Duration = Duration::from_millis(250);
 
 impl App {
@@ -29,19 +29,19 @@ impl App {
         self.news_end().into_iter().chain(self.due).min()
     }
 
-    /// Goes back a step.
+    /// Undoes a step.
     pub fn undo(&mut self) {
         if let Some(before) = self.history.undo() {
             self.go_to(before);
         }
     }
-    /// Goes forth again.
+    /// Redoes a step.
     pub fn redo(&mut self) {
         if let Some(after) = self.history.redo() {
             self.go_to(after);
         }
     }
-    /// Whether there is something to undo, and to redo.
+    /// Returns whether there is something to undo, and to redo.
     pub fn can_undo_redo(&self) -> [bool; 2] {
         self.history.can()
     }
@@ -57,7 +57,7 @@ impl App {
         self.history.note(&choices, gesture);
     }
 
-    /// A changed bake_config is baked once it has not changed for a while.
+    /// Starts a bake once the settings have not changed for a while.
     fn schedule_bake(&mut self) {
         if self.choices.bake_config != self.seen {
             self.seen = self.choices.bake_config.clone();

@@ -7,7 +7,7 @@ use crate::app::{App, Work};
 use egui::{Key, Modifiers};
 use planish_render::settings::{Overlay, Shading};
 
-/// What a key does.
+/// Effect of a key.
 type Effect = fn(&mut App, &mut UiState);
 
 const NONE: Modifiers = Modifiers::NONE;
@@ -109,7 +109,7 @@ pub(super) fn take(context: &egui::Context, app: &mut App, ui_state: &mut UiStat
     }
 }
 
-/// What the mouse does.
+/// List of what the mouse does.
 const MOUSE: [(&str, &str); 6] = [
     ("drag", "turn"),
     ("right or middle drag, Shift drag", "move"),

@@ -1,4 +1,4 @@
-//! What the mouse does to the camera. Angles in degrees; pointer positions in normalised device coordinates, y up.
+//! Orbit control of the camera by the mouse. Angles are in degrees, pointer positions in normalised device coordinates, y up.
 
 use glam::{Vec2, Vec3};
 use planish_render::bounds::Sphere;
@@ -7,12 +7,12 @@ use planish_render::settings::camera::{Camera, Projection};
 /// Degrees that a drag over the height of the view turns the model.
 const DEGREES_PER_HEIGHT: f32 = 200.0;
 
-/// A camera before a model, in a view of some shape.
+/// Model and shape of the viewport that a camera is moved in.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ViewportCamera {
-    /// Of the model.
+    /// Bounding sphere of the model.
     pub(super) bounds: Sphere,
-    /// Width / height.
+    /// Aspect ratio of the viewport, width / height.
     pub(super) aspect: f32,
 }
 
@@ -56,7 +56,7 @@ pub(super) fn orbit(camera: &mut Camera, drag: Vec2) {
     camera.pitch = (camera.pitch + DEGREES_PER_HEIGHT * drag.y).clamp(-90.0, 90.0);
 }
 
-/// All of the model, from where the camera is.
+/// Fits the model into the view without turning the camera.
 pub(super) fn fit(camera: &mut Camera) {
     (camera.distance, camera.target) = (1.0, Vec3::ZERO);
 }
@@ -79,7 +79,7 @@ pub(super) enum Standard {
 }
 
 impl Standard {
-    /// All of them.
+    /// All standard views, in the order of the buttons.
     pub(super) const ALL: [Self; 6] = [Self::Front, Self::Right, Self::Top, Self::Back, Self::Left, Self::Bottom];
 
     /// Goes there and shows all of the model.
@@ -96,7 +96,7 @@ impl Standard {
     }
 }
 
-/// From a vanishing point to parallel rays and back.
+/// Switches between perspective and parallel rays.
 pub(super) fn switch_projection(camera: &mut Camera) {
     camera.projection = match camera.projection {
         Projection::Perspective { .. } => Projection::Orthographic,

@@ -12,7 +12,7 @@ use super::{keys, take, viewport};
 use crate::app::App;
 use egui::{Context, Ui};
 
-/// The whole window.
+/// Draws the whole window.
 pub fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     let context = ui.ctx().clone();
     keys::take(&context, app, ui_state);
@@ -150,7 +150,7 @@ fn name<T: serde::Serialize>(value: &T) -> String {
     }
 }
 
-/// How the widgets look.
+/// Sets the style of the widgets.
 pub fn style(context: &Context) {
     context.all_styles_mut(|style| {
         style.spacing.item_spacing = egui::vec2(6.0, 4.0);

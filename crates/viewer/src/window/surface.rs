@@ -12,7 +12,7 @@ use winit::dpi::PhysicalSize;
 use winit::event_loop::ActiveEventLoop;
 use winit::window::Window;
 
-/// What is painted on.
+/// Surface of the window, and the renderer of egui on it.
 pub(super) struct WindowSurface {
     surface: wgpu::Surface<'static>,
     configuration: wgpu::SurfaceConfiguration,

@@ -15,7 +15,7 @@ const BLINK: f64 = 0.7;
 
 const UNIT: Rect = Rect { min: pos2(0.0, 0.0), max: pos2(1.0, 1.0) };
 
-/// All of it.
+/// Draws the viewport and handles the mouse in it.
 pub(super) fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     let rect = ui.available_rect_before_wrap();
     ui_state.view = Some(rect).filter(|r| r.width() >= 1.0 && r.height() >= 1.0);
@@ -43,7 +43,7 @@ pub(super) fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     }
 }
 
-/// What there is to do at the start.
+/// Shows what can be opened at the start.
 fn welcome(ui: &mut Ui, rect: Rect, app: &mut App, ui_state: &mut UiState) {
     let area = Rect::from_center_size(rect.center(), vec2(420.0_f32.min(rect.width() - 20.0), 320.0));
     ui.scope_builder(egui::UiBuilder::new().max_rect(area), |ui| {
@@ -72,7 +72,7 @@ fn device(rect: Rect, p: Pos2) -> glam::Vec2 {
     glam::Vec2::new(2.0 * unit.x - 1.0, 1.0 - 2.0 * unit.y)
 }
 
-/// Mouse and camera.
+/// Moves the camera with the mouse.
 fn steer(ui: &Ui, response: &egui::Response, app: &mut App, ui_state: &mut UiState) {
     let rect = response.rect;
     let bounds = app.document().map_or_else(Sphere::default, |document| document.scene.bounds());
@@ -169,7 +169,7 @@ fn tag(painter: &egui::Painter, at: Pos2, anchor: egui::Align2, text: &str) {
     painter.galley(rect.min + vec2(6.0, 3.0), galley, Color32::WHITE);
 }
 
-/// What the colours of a heat map viewport_camera for.
+/// Draws the colour bar of a heat map.
 fn legend(ui: &Ui, rect: Rect, app: &App) {
     let view = &app.choices.view;
     if view.shading != Shading::Height {

@@ -17,11 +17,11 @@ use planish_render::settings::environment::Source;
 use planish_render::settings::{Range, Settings, Shading, Size};
 use std::sync::Arc;
 
-/// What draws, and what it drew last.
+/// Off-screen targets of the viewport, their renderer, and the scene that was uploaded last.
 pub(super) struct ViewportTargets {
     renderer: Arc<Renderer>,
     uploading: Slot<(Shown, LoadedEnvironment, Option<Failure>)>,
-    /// What is being uploaded, or was last.
+    /// Scene that is being uploaded, or was uploaded last.
     request: Option<UploadRequest>,
     shown: Option<Shown>,
     /// The environment that was read last.
@@ -30,10 +30,10 @@ pub(super) struct ViewportTargets {
     target: Option<(Size, Target)>,
 }
 
-/// What surrounds the model: which environment, of how many texels.
+/// Source of an environment, and its number of texels along a side.
 type EnvironmentKey = (Source, u32);
 
-/// What is to be shown.
+/// Request to upload a scene with its environment.
 #[derive(Clone)]
 struct UploadRequest {
     scene: Arc<Scene>,
@@ -46,11 +46,11 @@ impl PartialEq for UploadRequest {
     }
 }
 
-/// An environment that was read, and which it is.
+/// Environment that was read, with its source.
 type LoadedEnvironment = Option<Arc<(EnvironmentKey, Environment)>>;
 
 impl UploadRequest {
-    /// Brings it to the device, without an environment that cannot be read.
+    /// Uploads the scene, without an environment that cannot be read.
     fn show(
         self,
         renderer: &Renderer,
@@ -76,7 +76,7 @@ impl UploadRequest {
     }
 }
 
-/// A scene on the device.
+/// Scene that is on the device.
 struct Shown {
     scene: Arc<Scene>,
     gpu_scene: GpuScene,
@@ -88,10 +88,10 @@ struct Canvas {
     /// Drawn to: linear light goes in, sRGB is stored.
     colour: wgpu::Texture,
     view: wgpu::TextureView,
-    /// The same bytes as egui wants them: as they are.
+    /// Copy of the bytes for egui, which blends encoded values.
     plain: wgpu::Texture,
     id: TextureId,
-    /// What is on it.
+    /// Settings and scene of the picture on the canvas.
     drawn: Option<(Settings, *const Scene)>,
 }
 
@@ -117,7 +117,7 @@ impl ViewportTargets {
         self.renderer.gpu().is_lost()
     }
 
-    /// What draws.
+    /// Returns the name of the adapter.
     pub(super) fn adapter(&self) -> String {
         self.renderer.gpu().adapter.name.clone()
     }
@@ -126,7 +126,7 @@ impl ViewportTargets {
         self.renderer.gpu().validation_errors()
     }
 
-    /// Where the upload is.
+    /// Returns the progress of the upload.
     pub(super) fn status(&self) -> Option<Status> {
         self.uploading.status()
     }

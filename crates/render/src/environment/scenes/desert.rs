@@ -1,4 +1,4 @@
-//! Dunes.
+//! Desert scene: dunes of sand.
 
 use super::{cirrus, smoothstep, to_sun};
 use crate::environment::gradient_noise::{fractal, gradient};

@@ -7,12 +7,12 @@ use crate::environment::terrain::{Landscape, normal, sunlit};
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
-/// Linear RGB.
+/// Reflectance of snow, linear RGB.
 const SNOW: Vec3 = Vec3::new(0.90, 0.93, 0.96);
-/// What deep water and thin ice send back.
+/// Reflectance of deep water, linear RGB.
 const WATER: Vec3 = Vec3::new(0.004, 0.018, 0.028);
 const BARE_ICE: Vec3 = Vec3::new(0.30, 0.58, 0.68);
-/// Metres across a floe.
+/// Diameter of a floe, metres.
 const FLOE: f32 = 16.0;
 
 pub(super) struct Ice {
@@ -27,7 +27,7 @@ impl Ice {
         Self { sky, ambient }
     }
 
-    /// Metres from the edge of the floe that a position is on; negative on water.
+    /// Distance to the edge of the floe that a position is on, metres; negative on water.
     fn inside(position: Vec2, footprint: f32) -> (f32, u32) {
         let warp = Vec2::new(
             fractal(position / 7.0, 4, footprint / 7.0, 20),

@@ -17,7 +17,7 @@ pub(super) struct Picture<'a> {
     pub(super) scene: &'a Scene,
     pub(super) settings: &'a Settings,
     pub(super) view: View,
-    /// Width / height.
+    /// Aspect ratio, width / height.
     pub(super) aspect: f32,
 }
 
@@ -69,7 +69,7 @@ pub(super) fn frame(picture: &Picture, scale: f32) -> Frame {
     frame
 }
 
-/// What the shaders are compiled for.
+/// Choices that the shaders are compiled for.
 pub(super) fn variant(scene: &Scene, settings: &Settings) -> Variant {
     let Settings { shading, overlay, sampling, shadow, .. } = *settings;
     Variant {
@@ -82,7 +82,7 @@ pub(super) fn variant(scene: &Scene, settings: &Settings) -> Variant {
     }
 }
 
-/// Normals that are not there are not asked for.
+/// Replaces normals that a scene does not have by those that it has.
 fn normals(scene: &Scene, settings: &Settings) -> Normals {
     match settings.displace.normals {
         Normals::Derived if !derives_normals(scene, settings) => Normals::Base,

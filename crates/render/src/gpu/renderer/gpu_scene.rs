@@ -1,4 +1,4 @@
-//! A scene on the device.
+//! Scene that was uploaded to the device.
 
 use super::bind_groups::{Layouts, bind};
 use super::targets::{self, Samplers};
@@ -14,7 +14,7 @@ use glam::Vec3;
 use planish_geometry::metrics::colormap::Colormap;
 use wgpu::BufferUsages;
 
-/// Buffers and textures of a scene.
+/// Buffers and textures of a scene on the device.
 #[derive(Debug)]
 pub struct GpuScene {
     pub(super) corner_count: u32,
@@ -24,19 +24,19 @@ pub struct GpuScene {
     pub(super) positions: wgpu::Buffer,
     pub(super) map_bindings: wgpu::BindGroup,
     pub(super) surface_bindings: wgpu::BindGroup,
-    /// The same without the normals that are being computed.
+    /// Bind group of the surface for compute passes: it leaves out the normals that are being computed.
     pub(super) computed_surface_bindings: wgpu::BindGroup,
     pub(super) result_bindings: wgpu::BindGroup,
     pub(super) environment: wgpu::TextureView,
     pub(super) environment_sampler: wgpu::Sampler,
-    /// What is drawn with which texture.
+    /// Ranges of corners that share a texture.
     pub(super) runs: Vec<Run>,
     textures: Vec<wgpu::TextureView>,
-    /// Where there is none.
+    /// White texel that stands in where there is no texture.
     plain: wgpu::TextureView,
     normal_map: wgpu::TextureView,
     bytes: u64,
-    /// In the order of [`Colormap::ALL`].
+    /// Colour maps, in the order of [`Colormap::ALL`].
     heat_maps: Vec<wgpu::TextureView>,
 }
 
@@ -101,12 +101,12 @@ impl GpuScene {
         })
     }
 
-    /// Bytes of its buffers; textures come on top.
+    /// Returns the size of the buffers, bytes; textures come on top.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// For a run.
+    /// Binds the textures that a run of triangles is drawn with.
     pub(super) fn texture_bindings(
         &self,
         device: &wgpu::Device,
@@ -133,12 +133,12 @@ fn texels(map: Colormap) -> Vec<[u8; 4]> {
     map.samples().iter().map(texel).collect()
 }
 
-/// At least one element: an empty buffer cannot be bound.
+/// Bytes of an array, of at least one element: an empty buffer cannot be bound.
 fn contents<T: Pod>(all: &[T]) -> Vec<u8> {
     if all.is_empty() { vec![0; size_of::<T>()] } else { bytemuck::cast_slice(all).to_vec() }
 }
 
-/// Heights as one channel; vectors as three and one for the alignment.
+/// Uploads a displacement map: heights as one channel, vectors as three and one for the alignment.
 fn map(gpu: &Gpu, binding: &DisplacementBinding) -> wgpu::TextureView {
     let (size, planes) = (binding.map.size(), binding.map.planes());
     match planes {

@@ -1,4 +1,4 @@
-//! What lights a picture: shadow maps, the environment and the ground, as the shaders get them.
+//! Uniforms and bindings of the light of a picture: shadow maps, the environment and the ground.
 
 use super::bind_groups::{Layouts, bind};
 use super::frame::Picture;
@@ -18,7 +18,7 @@ use glam::Mat4;
 use std::sync::{Mutex, PoisonError};
 use wgpu::BufferUsages;
 
-/// Depth pictures, one for each eye of the lights.
+/// Shadow maps, one layer for each view of the lights.
 #[derive(Clone, Debug)]
 pub(super) struct Maps {
     size: u32,
@@ -64,7 +64,7 @@ fn layers(count: u32) -> u32 {
 pub(super) struct Cache(Mutex<Option<Maps>>);
 
 impl Cache {
-    /// Maps for this many eyes. There is always one, because something has to be bound.
+    /// Returns maps for this many views. There is always one, because something has to be bound.
     fn maps(&self, gpu: &Gpu, size: u32, eyes: u32) -> Maps {
         let size = if eyes == 0 { 1 } else { size.min(gpu.device.limits().max_texture_dimension_2d) };
         let count = eyes.max(1);
@@ -80,9 +80,9 @@ impl Cache {
 pub(super) struct Lighting {
     pub(super) frame_bindings: wgpu::BindGroup,
     pub(super) caster_bindings: wgpu::BindGroup,
-    /// Bytes from one eye's uniforms to the next one's.
+    /// Bytes from the uniforms of one view to those of the next.
     pub(super) caster_stride: u32,
-    /// Which maps are drawn.
+    /// Number of shadow maps that are drawn.
     pub(super) eyes: usize,
     pub(super) maps: Maps,
     /// Whether the ground is drawn.
@@ -127,7 +127,7 @@ impl Lighting {
     }
 }
 
-/// Uniforms of the eyes, one after the other, and the bytes from one to the next.
+/// Uniforms of the views, one after the other, and the bytes from one to the next.
 fn casters(gpu: &Gpu, layouts: &Layouts, eyes: &[Eye], shading: Shading) -> (wgpu::BindGroup, u32) {
     let alignment = gpu.device.limits().min_uniform_buffer_offset_alignment as usize;
     let stride = size_of::<Caster>().next_multiple_of(alignment);
@@ -144,7 +144,7 @@ fn casters(gpu: &Gpu, layouts: &Layouts, eyes: &[Eye], shading: Shading) -> (wgp
     (bind(&gpu.device, &layouts.caster, &[resource]), stride as u32)
 }
 
-/// Uniforms of the shadows, and how many eyes the lights have.
+/// Uniforms of the shadows, and the number of views that the lights have.
 fn shadows(picture: &Picture) -> (Shadows, usize) {
     let Picture { scene, settings, ref view, .. } = *picture;
     let shadow = &settings.shadow;

@@ -1,4 +1,4 @@
-//! Compiled programs.
+//! Compiled pipelines of the renderer.
 
 use super::bind_groups::Layouts;
 use super::gpu_scene::GpuScene;
@@ -9,7 +9,7 @@ use crate::settings::shadow::Casters;
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
-/// What draws to targets with some number of samples per pixel.
+/// Pipelines that draw to targets with one number of samples per pixel.
 #[derive(Debug)]
 pub(super) struct Pipelines {
     samples: u32,
@@ -18,19 +18,19 @@ pub(super) struct Pipelines {
     surfaces: Mutex<HashMap<Variant, Surface>>,
 }
 
-/// What draws the surface and the ground under it, with some choices of the settings.
+/// Pipelines that draw the surface and the ground under it, compiled for one variant of the settings.
 #[derive(Clone, Debug)]
 pub(super) struct Surface {
     pub(super) mesh: wgpu::RenderPipeline,
     pub(super) ground: wgpu::RenderPipeline,
 }
 
-/// What is special of a pipeline.
+/// Parts of a render pipeline in which the pipelines differ.
 struct Special<'a> {
     program: Program,
     variant: Variant,
     vertex: &'a str,
-    /// None draws depth alone.
+    /// Entry point of the fragment stage; `None` draws depth alone.
     fragment: Option<&'a str>,
     groups: &'a [&'a wgpu::BindGroupLayout],
     samples: u32,
@@ -89,7 +89,7 @@ const fn sides(topology: wgpu::PrimitiveTopology, cull_mode: Option<wgpu::Face>)
     }
 }
 
-/// What fills the whole picture.
+/// Pipeline of a triangle that fills the whole picture.
 fn screen<'a>(groups: &'a [&'a wgpu::BindGroupLayout], samples: u32) -> Special<'a> {
     Special {
         program: Program::Background,
@@ -153,7 +153,7 @@ impl Surface {
     }
 }
 
-/// What draws the maps of lights.
+/// Pipelines that draw shadow maps.
 #[derive(Debug)]
 pub(super) struct Casting {
     all: wgpu::RenderPipeline,
@@ -180,7 +180,7 @@ impl Casting {
         Self { all: pipeline(device, &all), back_faces: pipeline(device, &back_faces) }
     }
 
-    /// Draws what the lights see.
+    /// Draws the shadow maps of all lights.
     pub(super) fn run(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -212,11 +212,11 @@ impl Casting {
     }
 }
 
-/// What is computed of the displaced surface.
+/// Quantities of the displaced surface that a compute pass gives.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Result {
     Positions,
-    /// And positions.
+    /// Positions and normals.
     Normals,
 }
 

@@ -9,7 +9,7 @@ use half::f16;
 use image::RgbaImage;
 use wgpu::util::{DeviceExt as _, TextureDataOrder};
 
-/// Something to draw to.
+/// Creates a texture that can be drawn to, and returns a view of it.
 pub(super) fn attachment(
     device: &wgpu::Device,
     size: Size,
@@ -41,13 +41,13 @@ fn flat(
     }
 }
 
-/// A picture that can be drawn and read back.
+/// Creates a picture that can be drawn to and read back.
 pub(super) fn canvas(device: &wgpu::Device, size: Size) -> wgpu::Texture {
     let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
     device.create_texture(&flat(size.width, size.height, FORMAT, usage))
 }
 
-/// Pixels of a canvas; black if the device is lost.
+/// Reads back the pixels of a canvas; black if the device is lost.
 pub(super) fn read(gpu: &Gpu, texture: &wgpu::Texture) -> RgbaImage {
     let (width, height) = (texture.width(), texture.height());
     let row = (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
@@ -88,12 +88,12 @@ pub(super) fn upload_texture(gpu: &Gpu, texture: &Texture) -> wgpu::TextureView 
     view(gpu, &descriptor, &bytes)
 }
 
-/// A single texel, where a picture is needed and there is none.
+/// Uploads a single texel, which stands in where there is no picture.
 pub(super) fn plain(gpu: &Gpu, texel: [u8; 4]) -> wgpu::TextureView {
     row(gpu, &[texel])
 }
 
-/// Texels side by side, as numbers.
+/// Uploads one row of texels as plain numbers.
 pub(super) fn row(gpu: &Gpu, texels: &[[u8; 4]]) -> wgpu::TextureView {
     let format = wgpu::TextureFormat::Rgba8Unorm;
     view(gpu, &flat(texels.len() as u32, 1, format, wgpu::TextureUsages::TEXTURE_BINDING), texels.as_flattened())
@@ -133,7 +133,7 @@ pub(super) fn cube(gpu: &Gpu, levels: &[CubeMap]) -> wgpu::TextureView {
     })
 }
 
-/// Between texels and levels of detail.
+/// Sampler that interpolates between texels and levels of detail.
 pub(super) fn smooth_sampler(device: &wgpu::Device) -> wgpu::Sampler {
     device.create_sampler(&wgpu::SamplerDescriptor {
         mag_filter: wgpu::FilterMode::Linear,
@@ -143,7 +143,7 @@ pub(super) fn smooth_sampler(device: &wgpu::Device) -> wgpu::Sampler {
     })
 }
 
-/// Ways of reading textures that the hardware has.
+/// Samplers of textures.
 #[derive(Debug)]
 pub(super) struct Samplers {
     linear: wgpu::Sampler,

@@ -1,4 +1,4 @@
-//! What the map is: how it is made, how exact it is, and its picture.
+//! Section on the map: its settings, its accuracy and its picture.
 
 use super::super::ui_state::UiState;
 use super::choose;

@@ -1,4 +1,4 @@
-//! How the mesh is denoised: the method, its settings, and where the bake is.
+//! Section on denoising: the method, its settings, and the progress of the bake.
 
 use super::super::dialog::FilePurpose;
 use super::super::ui_state::{Action, UiState};
@@ -55,7 +55,7 @@ pub(super) fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     });
 }
 
-/// What `auto` measured and chose, in words.
+/// Shows what `auto` measured and chose, in words.
 fn chosen(ui: &mut Ui, app: &App) {
     if app.choices.bake_config.denoiser.name() == "auto"
         && let Some(choice) = app.map().and_then(|map| map.manifest.choice.as_ref())
@@ -113,7 +113,7 @@ fn parameters(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     }
 }
 
-/// What a parameter does, with its unit.
+/// Help text of a parameter, with its unit.
 fn help(parameter: &Parameter) -> String {
     let unit = parameter.unit.map(|unit| format!(", in {unit}")).unwrap_or_default();
     format!("{}{unit}", parameter.help)
@@ -188,7 +188,7 @@ fn several(ui: &mut Ui, label: &str, words: &'static [Word], value: &mut Value) 
     response.response
 }
 
-/// What every method is held back by.
+/// Widgets of the limits, which every method obeys.
 fn limits(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     let limits = &mut app.choices.bake_config.limits;
     let boundary = "vertices on the boundary of an open mesh do not move";

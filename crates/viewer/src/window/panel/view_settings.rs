@@ -1,4 +1,4 @@
-//! How the model is drawn. Nothing here changes what is baked.
+//! Section on view and light. Nothing here changes what is baked.
 
 use super::super::dialog::FilePurpose;
 use super::super::orbit::{self, Standard};
@@ -14,7 +14,7 @@ use planish_render::settings::lights::{Anchor, Light, LightKind, MAX_LIGHTS};
 use planish_render::settings::shadow::Filter;
 use planish_render::settings::{Normals, Overlay, Sampling, Settings, Shading};
 
-/// What the surface shows, which is wanted all the time.
+/// Shading of the surface, which is always shown.
 pub(super) fn shading(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     // Numbers of one's own come from files, and with pictures that are drawn without a window.
     let all = Shading::ALL.iter().filter(|s| **s != Shading::Heat);
