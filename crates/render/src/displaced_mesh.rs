@@ -1,4 +1,4 @@
-//! A map that moves vertices: the baked one, which takes noise off, or any picture of heights, which puts a relief on.
+//! A displacement map that is bound to a mesh: the baked one, which is subtracted, or any picture of heights, which is added.
 
 use crate::mesh::Mesh;
 use crate::settings::Displace;

@@ -23,7 +23,7 @@ pub enum Backend {
     Vulkan,
     /// A GPU through OpenGL.
     Gl,
-    /// The processor.
+    /// The renderer on the processor.
     Software,
 }
 

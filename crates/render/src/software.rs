@@ -200,7 +200,7 @@ impl<'a> Picture<'a> {
         }
     }
 
-    /// Normal of a corner: that of the displaced surface, or the one that a normal map is relative to, where the settings ask for them.
+    /// Normal of a corner: of the displaced surface, or the one that a normal map is relative to, where the settings ask for it.
     fn corner_normal(&self, triangle: &Triangle, k: usize) -> Vec3 {
         let special = self.vertex_normals.as_ref().map(|normals| normals[triangle.positions[k] as usize]);
         special.filter(|n| *n != Vec3::ZERO).unwrap_or_else(|| self.mesh.normals[triangle.normals[k] as usize])
@@ -249,7 +249,7 @@ fn plane_weights(clip_corners: [Vec4; 3], ndc: DVec2) -> Vec3 {
     Vec3::from(weights.map(|w| (w / sum) as f32))
 }
 
-/// Clamps barycentric weights of a sample to its triangle: corners are rounded to the raster's grid, so it may lie outside by a hair.
+/// Clamps the weights of a sample to its triangle: corners are rounded to the raster's grid, so it may lie outside by a hair.
 fn inside(weights: Vec3) -> Vec3 {
     let weights = weights.max(Vec3::ZERO);
     let sum = weights.element_sum();

@@ -27,7 +27,7 @@ pub struct Texture {
 #[derive(Clone, Debug, Default)]
 pub struct Textures {
     all: Vec<Texture>,
-    /// #T, or nothing where all have the first.
+    /// Texture index of each triangle, #T; empty where all have the first texture.
     of_triangles: Vec<Option<u32>>,
 }
 
@@ -48,7 +48,7 @@ impl Textures {
         &self.all
     }
 
-    /// Index in [`Self::all`] of a triangle's texture.
+    /// Returns the index in [`Self::all`] of a triangle's texture.
     pub fn of_triangle(&self, triangle: usize) -> Option<u32> {
         match self.of_triangles.get(triangle) {
             Some(index) => *index,
@@ -183,7 +183,7 @@ fn halved(fine: &RgbaImage) -> Option<RgbaImage> {
     Some(coarse)
 }
 
-/// For each of half as many texels along a side those that it covers, with their shares, which add up to one.
+/// Lists, for each of half as many texels along a side, the fine texels that it covers with their weights, which add up to one.
 fn shares(fine: u32) -> Vec<Vec<(u32, f32)>> {
     let coarse = (fine / 2).max(1);
     let step = f64::from(fine) / f64::from(coarse);

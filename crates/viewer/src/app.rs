@@ -91,15 +91,15 @@ pub struct App {
 /// Kinds of work in the background, as the user would call them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Work {
-    /// Reading files.
+    /// Work that reads files.
     Load,
-    /// Making a map.
+    /// Work that bakes a map.
     Bake,
-    /// Writing files.
+    /// Work that writes files.
     Save,
-    /// Comparing with the clean mesh.
+    /// Work that compares with the clean mesh.
     Measure,
-    /// Drawing pictures to disk.
+    /// Work that draws pictures to disk.
     Draw,
 }
 

@@ -50,7 +50,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "OUT.jsonl", conflicts_with = "headless")]
     pub(crate) log: Option<PathBuf>,
 
-    /// What draws.
+    /// Backend that draws.
     #[arg(long, value_enum, default_value_t)]
     pub(crate) backend: Backend,
 
@@ -74,7 +74,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     scale: Option<f32>,
 
-    /// Which normals light the displaced surface.
+    /// Normals that light the displaced surface.
     #[arg(long, value_enum)]
     normals: Option<Normals>,
 
@@ -86,35 +86,35 @@ pub(crate) struct Args {
     #[arg(long, value_name = "CLEAN.obj", conflicts_with = "scalars")]
     pub(crate) clean: Option<PathBuf>,
 
-    /// Which error --clean shows: to the clean surface in mean edge lengths, or of the normals in degrees.
+    /// Error that --clean shows: distance to the clean surface in mean edge lengths, or angle of the normals in degrees.
     #[arg(long, value_enum, default_value = "distance", requires = "clean")]
     pub(crate) error: ErrorKind,
 
-    /// Pixels.
+    /// Size of the picture, pixels.
     #[arg(long, value_name = "WxH")]
     size: Option<Size>,
 
-    /// What the surface shows.
+    /// Shading of the surface.
     #[arg(long, value_name = "MODE")]
     pub(crate) shading: Option<Shading>,
 
-    /// What is drawn on top of the surface.
+    /// Lines on top of the surface.
     #[arg(long, value_enum)]
     overlay: Option<Overlay>,
 
-    /// How textures are read between their texels.
+    /// Interpolation of textures between their texels.
     #[arg(long, value_enum)]
     sampling: Option<Sampling>,
 
-    /// How lights cast shadows.
+    /// Shadows that lights cast.
     #[arg(long, value_name = "FILTER")]
     shadow: Option<Filter>,
 
-    /// What is seen of a plane under the model.
+    /// Part of a plane under the model that is drawn.
     #[arg(long, value_name = "WHAT")]
     ground: Option<Show>,
 
-    /// What is all around: desert, ice, an equirectangular picture, or a folder with the six faces of a cube map.
+    /// Environment: desert, ice, an equirectangular picture, or a folder with the six faces of a cube map.
     #[arg(long, value_name = "WHICH", value_parser = parse_source)]
     environment: Option<Source>,
 
@@ -130,9 +130,9 @@ pub(crate) struct Args {
 /// An error that each vertex has.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum ErrorKind {
-    /// To the clean surface.
+    /// Distance to the clean surface, mean edge lengths.
     Distance,
-    /// Of the normals.
+    /// Angle between the normals, degrees.
     Angle,
 }
 

@@ -23,7 +23,7 @@ pub fn uv_from_direction(direction: Vec3) -> Vec2 {
     Vec2::new(0.5 + longitude / TAU, from_zenith / PI)
 }
 
-/// Unit direction of a position in the picture, the inverse of [`uv_from_direction`].
+/// Unit direction of a position in the picture; inverse of [`uv_from_direction`].
 pub fn direction_from_uv(uv: Vec2) -> Vec3 {
     let (sin_longitude, cos_longitude) = ((uv.x - 0.5) * TAU).sin_cos();
     let (sin, cos) = (uv.y * PI).sin_cos();
@@ -66,7 +66,7 @@ impl Equirect {
         &self.texels
     }
 
-    /// Returns the radiance from a direction: bilinear between texel centres, wrapping around the left and right edge of the picture.
+    /// Returns the radiance from a direction: bilinear between texel centres, and wrapped around at the left and right edge.
     pub fn at(&self, direction: Vec3) -> Vec3 {
         let p = uv_from_direction(direction) * Vec2::new(self.width as f32, self.height as f32) - 0.5;
         let low = p.floor();

@@ -1,4 +1,4 @@
-//! What rough mirrors show: the environment blurred with wider and wider lobes, one level of detail each.
+//! Mirror images on rough surfaces: the environment blurred with wider and wider lobes, one level of detail each.
 //!
 //! Bruce Walter, Stephen Marschner, Hongsong Li, Kenneth Torrance. Microfacet models for refraction through rough
 //! surfaces. EGSR 2007 (the lobe, GGX). Brian Karis. Real shading in Unreal Engine 4. SIGGRAPH courses 2013 (one lobe for

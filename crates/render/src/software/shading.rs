@@ -1,4 +1,4 @@
-//! From a place on the surface to its colour, in linear light and world space. Twin of `shaders/light.wgsl` and
+//! Colour of a position on the surface, in linear light and world space. Twin of `shaders/light.wgsl` and
 //! `shaders/mesh.wgsl`.
 //!
 //! James F. Blinn. Models of light reflection for computer synthesized pictures. SIGGRAPH 1977.
@@ -21,26 +21,26 @@ use planish_geometry::map::displacement::{Place, Weights};
 use planish_geometry::map::tangents::Tangent;
 use planish_geometry::metrics::colormap::Colormap;
 
-/// What the rasteriser knows about the surface at one sample.
+/// Attributes of the surface at one sample.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Fragment {
     pub(crate) position: Vec3,
-    /// Its triangle.
+    /// Index of the triangle.
     pub(crate) triangle: u32,
-    /// Unit, of the triangle, outwards.
+    /// Unit normal of the triangle, outwards.
     pub(crate) face_normal: Vec3,
-    /// Interpolated, outwards, not normalised.
+    /// Interpolated normal, outwards, not normalised.
     pub(crate) normal: Vec3,
-    /// Interpolated.
+    /// Interpolated tangent.
     pub(crate) tangent: Tangent,
     pub(crate) uv: Option<Vec2>,
     /// Change of uv from this sample to its neighbours.
     pub(crate) uv_steps: [Vec2; 2],
     /// ∂p/∂u and ∂p/∂v.
     pub(crate) along_uv: [Vec3; 2],
-    /// A number of the scene.
+    /// Interpolated number of the scene's heat map.
     pub(crate) scalar: Option<f32>,
-    /// What the map says, model units.
+    /// Height of the map, model units.
     pub(crate) height: f32,
     /// Linear RGB blended between the corners, for Gouraud shading.
     pub(crate) lit: Vec3,
@@ -49,7 +49,7 @@ pub(crate) struct Fragment {
     pub(crate) sides: [Side; 3],
 }
 
-/// Everything that is the same for the whole picture.
+/// Shader of a picture: everything that all its samples share.
 pub(crate) struct Shader<'a> {
     scene: &'a Scene,
     settings: &'a Settings,
@@ -60,7 +60,7 @@ pub(crate) struct Shader<'a> {
     sampler: Option<EnvironmentSampler<'a>>,
     shadows: Option<ShadowMaps>,
     heat: Option<(Colormap, Range)>,
-    /// Where the slope of heights can be seen.
+    /// Map whose slope tilts the normals, and its lift in model units; none where the map is not sampled by texture coordinates.
     bumps: Option<(&'a DisplacementBinding, f32)>,
 }
 
@@ -114,7 +114,7 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// Linear RGB behind the model at a place of the picture, −1..1 right and up.
+    /// Linear RGB behind the model at a position of the picture, −1..1 right and up.
     pub(crate) fn background(&self, at: Vec2) -> Vec3 {
         let gradient = || {
             let background = &self.settings.background;
@@ -128,7 +128,7 @@ impl<'a> Shader<'a> {
         (self.eye.truncate() - self.eye.w * position).normalize_or_zero()
     }
 
-    /// Unit, outwards.
+    /// Unit normal of a fragment, outwards.
     fn normal(&self, fragment: &Fragment) -> Vec3 {
         let shading = self.settings.shading;
         if shading == Shading::Flat {
@@ -166,7 +166,7 @@ impl<'a> Shader<'a> {
         self.sampler.as_ref().map_or(scattered, mirroring) + material.specular * specular
     }
 
-    /// Unit vector to a light, and what of it arrives at a place on a surface.
+    /// Unit vector to a light, and the part of it that arrives at a position on a surface.
     fn incoming(&self, light: usize, position: Vec3, normal: Vec3) -> (Vec3, Vec3) {
         let (to_light, radiance) = self.world_lights[light].incoming(position);
         match &self.shadows {
@@ -196,7 +196,7 @@ impl<'a> Shader<'a> {
         self.sampler.as_ref().and_then(|sampler| sampler.ambient(normal)).unwrap_or_else(hemisphere)
     }
 
-    /// What is seen where the ground lies at `point` over something else.
+    /// Blends the ground at `point` over the colour behind it.
     pub(crate) fn over_ground(&self, behind: Vec3, point: Vec3, ground: &Disc) -> Vec3 {
         let cover = ground.cover(point);
         let light = self.irradiance(point, ground.up);
@@ -230,7 +230,7 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// Where there are no texture coordinates there are no squares.
+    /// Colour of the chequered texture; the material's colour where there are no texture coordinates.
     fn checker(&self, fragment: &Fragment) -> Vec3 {
         let checker = &self.settings.checker;
         let Some(uv) = fragment.uv else { return self.settings.material.colour.linear() };
@@ -239,7 +239,7 @@ impl<'a> Shader<'a> {
         if odd { checker.dark.linear() } else { checker.light.linear() }
     }
 
-    /// What has no number keeps the material's colour.
+    /// Colour of a number in a heat map; the material's colour where there is none.
     fn heat(&self, fragment: &Fragment) -> Vec3 {
         let number = if self.settings.shading == Shading::Height { Some(fragment.height) } else { fragment.scalar };
         match (self.heat, number) {
@@ -250,7 +250,7 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// Share of a sample that a line along the sides of one kind covers.
+    /// Fraction of a sample that a line along the sides of one kind covers.
     fn line_cover(&self, fragment: &Fragment) -> f32 {
         let drawn = |side: Side| match self.settings.overlay {
             Overlay::None => false,

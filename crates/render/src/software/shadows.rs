@@ -11,21 +11,21 @@ use crate::shadow::{self, Rays, ShadowView};
 use glam::{Mat4, Vec2, Vec3, Vec4, Vec4Swizzles};
 use rayon::prelude::*;
 
-/// What all lights see.
+/// Shadow maps of all lights.
 pub(crate) struct ShadowMaps {
     shadow: Shadow,
     size: usize,
-    /// World units.
+    /// Slope-dependent bias, world units.
     slope_bias: f32,
     least_bias: f32,
-    /// For each light its pictures.
+    /// Shadow maps of each light.
     lights: Vec<Vec<Map>>,
 }
 
 struct Map {
     view: ShadowView,
     world_from_clip: Mat4,
-    /// 0..1, row 0 on top.
+    /// Depths, 0..1, row 0 on top.
     depths: Vec<f32>,
 }
 
@@ -59,7 +59,7 @@ impl ShadowMaps {
         })
     }
 
-    /// Share of a light that arrives at a position with this unit normal: 0 in the umbra, 1 in the open.
+    /// Fraction of a light that arrives at a position with this unit normal: 0 in the umbra, 1 in the open.
     pub(crate) fn unshadowed(&self, light: usize, position: Vec3, normal: Vec3, to_light: Vec3) -> f32 {
         let maps = &self.lights[light];
         let map = if maps.len() == 6 { &maps[cube_face(-to_light)] } else { &maps[0] };
@@ -155,7 +155,7 @@ fn disc(i: u32, count: u32, rotation: f32) -> Vec2 {
     ((i as f32 + 0.5) / count as f32).sqrt() * Vec2::from_angle(2.399_963 * i as f32 + rotation)
 }
 
-/// World units along the axis of an view.
+/// Distance along the axis of a view, world units, from a depth.
 fn distance_from_depth(view: &ShadowView, depth: f32) -> f32 {
     match view.rays {
         Rays::Parallel(_) => view.near + (view.far - view.near) * depth,
@@ -163,7 +163,7 @@ fn distance_from_depth(view: &ShadowView, depth: f32) -> f32 {
     }
 }
 
-/// How wide a light's disc looks in the map through a pinhole `blocker` away, from a position `receiver` away.
+/// Width of a light's disc in the map as seen through a pinhole at distance `blocker` from a position at distance `receiver`.
 fn spread(view: &ShadowView, receiver: f32, blocker: f32) -> f32 {
     let shift = |half: f32| view.light_size * (receiver - blocker) / (2.0 * half);
     let spread = match view.rays {
@@ -173,7 +173,7 @@ fn spread(view: &ShadowView, receiver: f32, blocker: f32) -> f32 {
     spread.clamp(0.0, 0.15)
 }
 
-/// Which face of a cube a direction meets: +x −x +y −y +z −z.
+/// Index of the cube face that a direction meets: +x −x +y −y +z −z.
 fn cube_face(d: Vec3) -> usize {
     let a = d.abs();
     if a.x >= a.y && a.x >= a.z {

@@ -107,7 +107,7 @@ fn filtered(filter: Filter) -> Shadow {
     Shadow { filter, size: 1024, ..Shadow::default() }
 }
 
-/// Where the light of [`lit_by`] throws a point of the scene, at this height.
+/// Shadow of a point of the scene in the light of [`lit_by`], at this height.
 fn thrown(point: Vec3, scene: &Scene, kind: LightKind, height: f32) -> Vec3 {
     let to_light = Vec3::new(0.0, 3.0f32.sqrt() / 2.0, 0.5);
     let away = match kind {

@@ -185,7 +185,7 @@ fn quoted(word: &str) -> String {
 fn add_settings(settings: &Settings, add: &mut impl FnMut(&str, String)) {
     let default = Settings::default();
     let Settings {
-        // The bake_config has a method or a target instead.
+        // The configuration has a method or a target instead.
         goal: _,
         welding,
         normals,

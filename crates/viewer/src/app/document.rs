@@ -1,5 +1,5 @@
-//! What is open: a mesh, its map, and what is known of both. Values that never change once they are read or baked, so that
-//! the window draws one while the next is made.
+//! Documents: a mesh, its map, and what is known of both. They never change once they are read or baked, so that the window
+//! draws one while the next is made.
 
 use super::bake_config::BakeConfig;
 use crate::open::{self, Files, Opened, OpenedMap};

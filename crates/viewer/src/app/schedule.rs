@@ -74,7 +74,7 @@ impl App {
             return;
         }
         let Some(due) = self.due else { return };
-        // What is being baked is not key any more.
+        // What is being baked is out of date.
         self.baking.drop_running();
         if self.rebake == Rebake::OnDemand {
             self.due = None;

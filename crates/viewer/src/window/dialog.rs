@@ -75,10 +75,10 @@ impl Dialog {
             Purpose::Open(FilePurpose::Open) => ("Open a mesh or a map", "Open"),
             Purpose::Open(FilePurpose::Clean) => ("The clean mesh", "Compare"),
             Purpose::Open(FilePurpose::Environment) => {
-                ("A picture of what is all around, or a folder with six faces", "Take")
+                ("A picture of what is all around, or a folder with six faces", "Use")
             }
-            Purpose::Open(FilePurpose::Mask) => ("Numbers of `v` lines that stay", "Take"),
-            Purpose::Open(FilePurpose::Target) => ("The result of another denoiser", "Take"),
+            Purpose::Open(FilePurpose::Mask) => ("Numbers of `v` lines that stay", "Use"),
+            Purpose::Open(FilePurpose::Target) => ("The result of another denoiser", "Use"),
             Purpose::Save => ("Save the map to a folder", "Save"),
         };
         let mut outcome = Outcome::Open;

@@ -1,5 +1,5 @@
-//! What happens, one JSON object a line: frames with the time they took, and the state whenever it changes. For measuring,
-//! and for whoever drives the window from outside.
+//! Log of the window, one JSON object a line: frames with the time they took, and the state whenever it changes. It serves
+//! measurements, and tests that drive the window from outside.
 
 use super::ui_state::UiState;
 use crate::app::{App, Work};

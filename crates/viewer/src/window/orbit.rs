@@ -64,17 +64,17 @@ pub(super) fn fit(camera: &mut Camera) {
 /// A view along an axis of the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Standard {
-    /// From the front.
+    /// View from the front.
     Front,
-    /// From behind.
+    /// View from behind.
     Back,
-    /// From the model's left.
+    /// View from the model's left.
     Right,
-    /// From the model's right.
+    /// View from the model's right.
     Left,
-    /// From above.
+    /// View from above.
     Top,
-    /// From below.
+    /// View from below.
     Bottom,
 }
 
@@ -82,7 +82,7 @@ impl Standard {
     /// All standard views, in the order of the buttons.
     pub(super) const ALL: [Self; 6] = [Self::Front, Self::Right, Self::Top, Self::Back, Self::Left, Self::Bottom];
 
-    /// Goes there and shows all of the model.
+    /// Turns the camera to the view and fits the model into it.
     pub(super) fn show(self, camera: &mut Camera) {
         (camera.yaw, camera.pitch) = match self {
             Self::Front => (0.0, 0.0),

@@ -1,4 +1,4 @@
-//! The pictures of the model in the window: with the map, and where both are request without it.
+//! Off-screen pictures of the model in the window: with the map, and where both are compared, without it.
 
 use super::surface::WindowSurface;
 use super::ui_state::{Comparing, UiState};

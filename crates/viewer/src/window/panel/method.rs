@@ -12,7 +12,7 @@ use serde_json::Value;
 pub(super) fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     if let Some(target) = app.choices.bake_config.target.clone() {
         ui.horizontal_wrapped(|ui| {
-            ui.label(format!("the way to {}", target.display()));
+            ui.label(format!("displacement to {}", target.display()));
             if ui.button("Denoise instead").clicked() {
                 app.choices.bake_config.target = None;
             }
@@ -38,7 +38,7 @@ pub(super) fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
             (false, ..) => "",
             (_, true, _) => "the last result stays until it is done",
             (.., true) => "up to date",
-            (.., false) => "not what is chosen",
+            (.., false) => "out of date",
         };
         ui.weak(words);
     });
@@ -49,7 +49,7 @@ pub(super) fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
         if copy.on_hover_text(&command).clicked() {
             ui_state.actions.push(Action::Copy(command));
         }
-        if ui.button("Target …").on_hover_text("bake the way to the result of another denoiser").clicked() {
+        if ui.button("Target …").on_hover_text("bake the displacement to the result of another denoiser").clicked() {
             ui_state.ask(FilePurpose::Target);
         }
     });
@@ -192,8 +192,8 @@ fn several(ui: &mut Ui, label: &str, words: &'static [Word], value: &mut Value) 
 fn limits(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     let limits = &mut app.choices.bake_config.limits;
     let boundary = "vertices on the boundary of an open mesh do not move";
-    ui.checkbox(&mut limits.boundary, "the boundary stays").on_hover_text(boundary);
-    ui.checkbox(&mut limits.preserve_volume, "the volume stays").on_hover_text("restored by an even offset");
+    ui.checkbox(&mut limits.boundary, "keep boundary").on_hover_text(boundary);
+    ui.checkbox(&mut limits.preserve_volume, "keep volume").on_hover_text("restored by an even offset");
     ui.horizontal(|ui| {
         let mut is_limited = limits.max_displacement.is_some();
         ui.checkbox(&mut is_limited, "at most").on_hover_text("how far a vertex may go");

@@ -88,7 +88,7 @@ fn lights(ui: &mut Ui, view: &mut Settings, ui_state: &mut UiState) {
         ui.horizontal(|ui| {
             colour(ui, &mut light.colour);
             let anchors = [("camera", Anchor::Camera), ("model", Anchor::Model), ("sun", Anchor::Sun)];
-            choose(ui, "goes with", &mut light.anchor, anchors.map(|(words, anchor)| (words.to_owned(), anchor)));
+            choose(ui, "attached to", &mut light.anchor, anchors.map(|(words, anchor)| (words.to_owned(), anchor)));
         });
         let kinds = [
             ("sun", LightKind::Directional),
@@ -143,10 +143,10 @@ fn surroundings(ui: &mut Ui, view: &mut Settings, ui_state: &mut UiState) {
         Some(source) => view.environment.get_or_insert_default().source = source,
     }
     let Some(around) = &mut view.environment else { return };
-    ui.add(egui::Slider::new(&mut around.rotation, -180.0..=180.0).text("turned by").suffix("°"));
+    ui.add(egui::Slider::new(&mut around.rotation, -180.0..=180.0).text("rotation").suffix("°"));
     ui.add(egui::Slider::new(&mut around.intensity, 0.0..=4.0).text("brightness"));
     ui.add(egui::Slider::new(&mut around.blur, 0.0..=1.0).text("blur"));
-    ui.add(egui::Slider::new(&mut around.reflectance, 0.0..=1.0).text("mirrors"));
+    ui.add(egui::Slider::new(&mut around.reflectance, 0.0..=1.0).text("reflectance"));
     ui.add(egui::Slider::new(&mut around.roughness, 0.0..=1.0).text("roughness"));
     choose(ui, "behind the model", &mut around.background, Part::ALL.iter().map(|p| (name(p), *p)));
 }
