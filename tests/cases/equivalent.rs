@@ -9,7 +9,7 @@ use planish_geometry::map::manifest::Manifest;
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Silent;
 use planish_geometry::source::model::NormalSource;
-use planish_viewer::app::recipe::Recipe;
+use planish_viewer::app::bake_config::BakeConfig;
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -33,14 +33,14 @@ fn mesh(place: &Path) {
 }
 
 /// Bakes both ways, and compares all files.
-fn assert_same(recipe: &Recipe, folder: &Path) {
+fn assert_same(bake_config: &BakeConfig, folder: &Path) {
     let [mesh, out] = ["sheet.obj", "out"].map(|name| folder.join(name));
-    let arguments = recipe.arguments(&mesh, &out);
+    let arguments = bake_config.arguments(&mesh, &out);
     let line = std::iter::once("planish".to_owned()).chain(arguments.clone()).chain(["--quiet".to_owned()]);
     planish::run(line.map(Into::into));
-    let model = input::model(&mesh, recipe.settings.welding, &Silent).unwrap();
+    let model = input::model(&mesh, bake_config.settings.welding, &Silent).unwrap();
     let job = Job { input: &mesh, model: &model, folder: &out, spared: &[] };
-    let baked = job.run(&recipe.settings(&job).unwrap(), &Silent).unwrap();
+    let baked = job.run(&bake_config.settings(&job).unwrap(), &Silent).unwrap();
     for file in &baked.bundle.files {
         let written = std::fs::read(out.join(&file.name));
         let written = written.unwrap_or_else(|e| panic!("{arguments:?}: {}: {e}", file.name));
@@ -65,19 +65,19 @@ fn every_setting_of_every_method() {
     let folder = tempfile::tempdir().unwrap();
     mesh(&folder.path().join("sheet.obj"));
     // The layout that takes least time.
-    let mut recipe = Recipe::default();
-    (recipe.settings.layout, recipe.settings.carriers) = (LayoutChoice::Vertex, Carriers::Obj);
+    let mut bake_config = BakeConfig::default();
+    (bake_config.settings.layout, bake_config.settings.carriers) = (LayoutChoice::Vertex, Carriers::Obj);
     for denoiser in Denoiser::every() {
         for parameter in denoiser.options() {
             for value in values(parameter) {
-                recipe.denoiser = denoiser.clone();
-                recipe.denoiser.set_parameter(parameter, value).unwrap();
-                assert_same(&recipe, folder.path());
+                bake_config.denoiser = denoiser.clone();
+                bake_config.denoiser.set_parameter(parameter, value).unwrap();
+                assert_same(&bake_config, folder.path());
             }
         }
         if let Some(paper) = denoiser.paper() {
-            recipe.denoiser = paper;
-            assert_same(&recipe, folder.path());
+            bake_config.denoiser = paper;
+            assert_same(&bake_config, folder.path());
         }
     }
 }
@@ -87,7 +87,7 @@ fn everything_else_that_is_chosen() {
     let folder = tempfile::tempdir().unwrap();
     mesh(&folder.path().join("sheet.obj"));
     std::fs::write(folder.path().join("patch.txt"), "7 12-40 # a patch\n").unwrap();
-    let changes: [fn(&mut Recipe); 12] = [
+    let changes: [fn(&mut BakeConfig); 12] = [
         |r| r.settings.lambda.0 = 0.25,
         |r| r.settings.map = MapKind::VectorObject,
         |r| r.settings.map = MapKind::VectorTangent,
@@ -102,16 +102,16 @@ fn everything_else_that_is_chosen() {
         |r| r.limits.boundary = true,
     ];
     for change in changes {
-        let mut recipe = Recipe { denoiser: Denoiser::named("taubin").unwrap(), ..Recipe::default() };
-        change(&mut recipe);
-        assert_same(&recipe, folder.path());
+        let mut bake_config = BakeConfig { denoiser: Denoiser::named("taubin").unwrap(), ..BakeConfig::default() };
+        change(&mut bake_config);
+        assert_same(&bake_config, folder.path());
     }
-    let mut recipe = Recipe { denoiser: Denoiser::named("taubin").unwrap(), ..Recipe::default() };
-    recipe.limits.mask = Some(folder.path().join("patch.txt"));
-    assert_same(&recipe, folder.path());
+    let mut bake_config = BakeConfig { denoiser: Denoiser::named("taubin").unwrap(), ..BakeConfig::default() };
+    bake_config.limits.mask = Some(folder.path().join("patch.txt"));
+    assert_same(&bake_config, folder.path());
     for normals in NormalSource::ALL.into_iter().filter(|normals| *normals != NormalSource::File) {
-        recipe.settings.normals = Some(normals.into());
-        assert_same(&recipe, folder.path());
+        bake_config.settings.normals = Some(normals.into());
+        assert_same(&bake_config, folder.path());
     }
 }
 
@@ -125,10 +125,10 @@ fn a_map_that_is_opened_is_baked_again_as_it_was() {
         planish::run(line.into_iter().chain([out.clone().into(), mesh_path.clone().into()]));
         let path = out.join("sheet.planish.json");
         let manifest = Manifest::from_json(&std::fs::read(&path).unwrap()).unwrap();
-        let recipe = Recipe::of(&manifest, &path);
-        let model = input::model(&mesh_path, recipe.settings.welding, &Silent).unwrap();
+        let bake_config = BakeConfig::of(&manifest, &path);
+        let model = input::model(&mesh_path, bake_config.settings.welding, &Silent).unwrap();
         let job = Job { input: &mesh_path, model: &model, folder: &out, spared: &[] };
-        let baked = job.run(&recipe.settings(&job).unwrap(), &Silent).unwrap();
+        let baked = job.run(&bake_config.settings(&job).unwrap(), &Silent).unwrap();
         for file in &baked.bundle.files {
             assert!(std::fs::read(out.join(&file.name)).unwrap() == file.bytes, "{method}: {}", file.name);
         }

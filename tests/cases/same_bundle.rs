@@ -5,13 +5,13 @@ use planish_geometry::bake::{Bundle, LayoutChoice};
 use planish_geometry::denoise::NormalField;
 use planish_geometry::map::displacement::MapKind;
 use planish_geometry::progress::Silent;
+use planish_render::settings::Settings;
+use planish_viewer::app::bake_config::BakeConfig;
 use planish_viewer::app::document::{self, Origin};
 use planish_viewer::app::jobs::Wake;
-use planish_viewer::app::recipe::Recipe;
-use planish_viewer::app::remembered::Remembered;
+use planish_viewer::app::window_state::WindowState;
 use planish_viewer::app::{App, Gesture, Work};
 use planish_viewer::open::{self, Files};
-use planish_viewer::settings::Settings;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -43,7 +43,7 @@ fn scan(folder: &Path) -> PathBuf {
 fn by_window(mesh: &Path) -> Bundle {
     let test = std::thread::current();
     let wake: Wake = Arc::new(move || test.unpark());
-    let mut app = App::new(&wake, Remembered::default());
+    let mut app = App::new(&wake, WindowState::default());
     app.open(mesh);
     while !app.is_baked() {
         app.tick(Instant::now(), Gesture::None);
@@ -87,7 +87,7 @@ fn a_map_displaces_the_same_vertices_when_it_was_baked_as_when_it_is_read() {
     let mesh = scan(folder.path());
     let (document, none) = document::load(&mesh, &Silent).unwrap();
     assert!(none.is_none());
-    let changes: [fn(&mut Recipe); 5] = [
+    let changes: [fn(&mut BakeConfig); 5] = [
         |_| (),
         |r| r.settings.layout = LayoutChoice::Vertex,
         |r| r.settings.normals = Some(NormalField::Denoised),
@@ -96,9 +96,9 @@ fn a_map_displaces_the_same_vertices_when_it_was_baked_as_when_it_is_read() {
     ];
     for (i, change) in changes.into_iter().enumerate() {
         let out = folder.path().join(i.to_string());
-        let mut recipe = Recipe::default();
-        change(&mut recipe);
-        let map = document::bake(&document, &recipe, &out, &Silent).unwrap();
+        let mut bake_config = BakeConfig::default();
+        change(&mut bake_config);
+        let map = document::bake(&document, &bake_config, &out, &Silent).unwrap();
         let Origin::Baked { baked, .. } = &map.origin else { panic!("it was baked") };
         baked.write(Folder::open(&out).unwrap()).unwrap();
         let (_, read) = document::load(&out.join("scan.planish.json"), &Silent).unwrap();

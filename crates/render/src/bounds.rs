@@ -1,4 +1,4 @@
-//! Spheres about models.
+//! Bounding spheres of models.
 
 use glam::Vec3;
 

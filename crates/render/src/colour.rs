@@ -11,7 +11,7 @@ use thiserror::Error;
 pub struct Colour(pub [u8; 3]);
 
 impl Colour {
-    /// White.
+    /// The colour white, `#ffffff`.
     pub const WHITE: Self = Self::hex(0xff_ff_ff);
 
     /// The colour written `0xrrggbb`.
@@ -20,7 +20,7 @@ impl Colour {
         Self([r, g, b])
     }
 
-    /// Linear RGB, 0..1.
+    /// Returns the colour as linear RGB, 0..1.
     pub fn linear(self) -> Vec3 {
         Vec3::from(self.0.map(linear_from_byte))
     }

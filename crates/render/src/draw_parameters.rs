@@ -9,8 +9,8 @@ pub(crate) const LINE_WIDTH: f32 = 1.2;
 
 /// The furthest that a vertex moves, model units. With bumps the vertices stay and the slope of the heights is seen.
 pub(crate) fn reach(scene: &Scene, settings: &Settings) -> f32 {
-    match &scene.relief {
-        Some(relief) if settings.shading != Shading::Bump => relief.reach(&settings.displace),
+    match &scene.displacement {
+        Some(binding) if settings.shading != Shading::Bump => binding.reach(&settings.displace),
         _ => 0.0,
     }
 }
@@ -18,7 +18,7 @@ pub(crate) fn reach(scene: &Scene, settings: &Settings) -> f32 {
 /// Whether the surface is lit with normals of the displaced positions.
 pub(crate) fn derives_normals(scene: &Scene, settings: &Settings) -> bool {
     let others = matches!(settings.shading, Shading::Bump) || normal_map_strength(scene, settings).is_some();
-    scene.relief.is_some() && settings.displace.normals == Normals::Derived && !others
+    scene.displacement.is_some() && settings.displace.normals == Normals::Derived && !others
 }
 
 /// Cells of the noise per world unit.
@@ -40,7 +40,7 @@ pub(crate) fn normal_map_strength(scene: &Scene, settings: &Settings) -> Option<
 pub(crate) fn heat_range(scene: &Scene, settings: &Settings) -> Option<Range> {
     let heights;
     let numbers = if settings.shading == Shading::Height {
-        heights = scene.relief.as_ref()?.heights(&settings.displace);
+        heights = scene.displacement.as_ref()?.heights(&settings.displace);
         &heights
     } else {
         scene.mesh().scalars.as_ref()?

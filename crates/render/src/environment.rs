@@ -5,8 +5,8 @@
 
 pub mod cube;
 pub mod equirect;
+mod gradient_noise;
 pub mod harmonics;
-mod noise;
 pub mod prefilter;
 pub(crate) mod sample;
 pub mod scenes;
@@ -25,14 +25,14 @@ pub const MAX_RADIANCE: f32 = 65_504.0;
 pub struct Environment {
     /// Blurred for roughness 0, …, 1 in even steps; each level is half the size of the one before.
     pub levels: Vec<CubeMap>,
-    /// On surfaces, without the sun of a [`Scene`].
+    /// Irradiance of surfaces, without the sun of a [`Scene`].
     pub irradiance: Irradiance,
     /// The sun of a [`Scene`], which levels show and irradiance leaves to a light that casts shadows.
     pub sun: Option<Sun>,
 }
 
 impl Environment {
-    /// Prepares an environment.
+    /// Blurs a cube map for all roughnesses and projects its irradiance onto spherical harmonics.
     pub fn new(radiance: CubeMap) -> Self {
         Self { irradiance: Irradiance::new(&radiance), levels: prefilter::levels(radiance), sun: None }
     }

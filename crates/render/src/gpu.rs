@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use thiserror::Error;
 
-/// What draws.
+/// Device and driver interface that draws.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
@@ -23,12 +23,12 @@ pub enum Backend {
     Vulkan,
     /// A GPU through OpenGL.
     Gl,
-    /// The processor.
+    /// The renderer on the processor.
     Software,
 }
 
 impl Backend {
-    /// Interfaces to drivers that are tried.
+    /// Returns the driver interfaces that are tried.
     pub fn apis(self) -> wgpu::Backends {
         match self {
             Self::Auto => wgpu::Backends::all(),
@@ -39,7 +39,7 @@ impl Backend {
     }
 }
 
-/// Why there is no device.
+/// Reason why nothing can be drawn on a GPU.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum NoGpu {
     /// No driver offers one.
@@ -47,55 +47,55 @@ pub enum NoGpu {
         "no graphics adapter ({backend:?}): install a driver (on Debian mesa-vulkan-drivers has one that needs no GPU), or draw with --backend software"
     )]
     NoAdapter {
-        /// What was asked for.
+        /// Backend that was asked for.
         backend: Backend,
     },
-    /// The driver refuses.
+    /// The driver refuses to open the device.
     #[error("the graphics adapter {adapter} cannot be used: {reason}")]
     Refused {
-        /// Its name.
+        /// Name of the adapter.
         adapter: String,
-        /// The driver's words.
+        /// Message of the driver.
         reason: String,
     },
-    /// The mesh does not fit.
+    /// The mesh does not fit into a buffer of the adapter.
     #[error(
         "the mesh needs a buffer of {bytes} bytes, and the graphics adapter {adapter} takes {limit}; draw with --backend software"
     )]
     TooLarge {
-        /// Its name.
+        /// Name of the adapter.
         adapter: String,
-        /// Of the largest buffer.
+        /// Size of the largest buffer that the mesh needs, bytes.
         bytes: u64,
-        /// What the adapter takes.
+        /// Size of the largest buffer that the adapter allows, bytes.
         limit: u64,
     },
-    /// It is lost again and again.
+    /// The device was lost twice in a row.
     #[error("the graphics adapter {adapter} was lost twice in a row")]
     Lost {
-        /// Its name.
+        /// Name of the adapter.
         adapter: String,
     },
 }
 
-/// An open device.
+/// Open graphics device with its queue.
 #[derive(Clone, Debug)]
 pub struct Gpu {
-    /// Makes resources.
+    /// Device that creates resources.
     pub device: wgpu::Device,
-    /// Takes commands.
+    /// Queue that commands are submitted to.
     pub queue: wgpu::Queue,
-    /// Which adapter it is.
+    /// Name and driver of the adapter.
     pub adapter: wgpu::AdapterInfo,
-    /// Samples per pixel that targets of this format can have: 4, or 1.
+    /// Number of samples per pixel that targets of this format can have: 4 or 1.
     pub samples: u32,
-    complaints: Arc<Mutex<Vec<String>>>,
+    validation_errors: Arc<Mutex<Vec<String>>>,
     lost: Arc<AtomicBool>,
 }
 
-/// Of every picture: linear light goes in, sRGB is stored.
+/// Format of every picture: linear light goes in, sRGB is stored.
 pub const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
-/// Of every depth buffer.
+/// Format of every depth buffer.
 pub const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 impl Gpu {
@@ -110,9 +110,9 @@ impl Gpu {
         Self::on(&adapter.map_err(|_| NoGpu::NoAdapter { backend })?)
     }
 
-    /// Opens a device on an adapter, with all the room that it has.
+    /// Opens a device on an adapter, with the limits of that adapter.
     pub fn on(adapter: &wgpu::Adapter) -> Result<Self, NoGpu> {
-        let wanted = wgpu::DeviceDescriptor {
+        let descriptor = wgpu::DeviceDescriptor {
             label: Some("planish"),
             required_limits: adapter.limits(),
             ..wgpu::DeviceDescriptor::default()
@@ -120,9 +120,9 @@ impl Gpu {
         let info = adapter.get_info();
         let refused =
             |e: wgpu::RequestDeviceError| NoGpu::Refused { adapter: info.name.clone(), reason: e.to_string() };
-        let (device, queue) = pollster::block_on(adapter.request_device(&wanted)).map_err(refused)?;
-        let complaints = Arc::new(Mutex::new(Vec::new()));
-        let sink = Arc::clone(&complaints);
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).map_err(refused)?;
+        let validation_errors = Arc::new(Mutex::new(Vec::new()));
+        let sink = Arc::clone(&validation_errors);
         // The default handler ends the program; a picture that is wrong somewhere is better than none.
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             sink.lock().unwrap_or_else(PoisonError::into_inner).push(error.to_string());
@@ -132,12 +132,12 @@ impl Gpu {
         device.set_device_lost_callback(move |_, _| flag.store(true, Ordering::Relaxed));
         let both = [FORMAT, DEPTH].map(|f| adapter.get_texture_format_features(f).flags);
         let four = both.iter().all(|flags| flags.sample_count_supported(4));
-        Ok(Self { device, queue, adapter: info, samples: if four { 4 } else { 1 }, complaints, lost })
+        Ok(Self { device, queue, adapter: info, samples: if four { 4 } else { 1 }, validation_errors, lost })
     }
 
-    /// What the driver or its validation complained about since the last call.
-    pub fn complaints(&self) -> Vec<String> {
-        std::mem::take(&mut *self.complaints.lock().unwrap_or_else(PoisonError::into_inner))
+    /// Takes the errors that the driver or its validation has reported since the last call.
+    pub fn validation_errors(&self) -> Vec<String> {
+        std::mem::take(&mut *self.validation_errors.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// Whether the device is gone: nothing that is drawn with it arrives any more.
@@ -165,7 +165,7 @@ impl Gpu {
         buffer
     }
 
-    /// Bytes of a buffer that can be copied from.
+    /// Reads back the bytes of a buffer that can be copied from.
     pub fn read(&self, buffer: &wgpu::Buffer) -> Vec<u8> {
         let copy = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("read back"),
@@ -179,7 +179,7 @@ impl Gpu {
         self.mapped(&copy)
     }
 
-    /// Bytes of a buffer that can be mapped; none if the device is lost.
+    /// Reads the bytes of a buffer that can be mapped; empty if the device is lost.
     pub(crate) fn mapped(&self, buffer: &wgpu::Buffer) -> Vec<u8> {
         buffer.map_async(wgpu::MapMode::Read, .., |_| ());
         self.wait();
@@ -189,7 +189,7 @@ impl Gpu {
     }
 }
 
-/// Entry to the drivers.
+/// Creates the entry point to the drivers of a backend.
 pub fn instance(backend: Backend) -> wgpu::Instance {
     wgpu::Instance::new(wgpu::InstanceDescriptor {
         backends: backend.apis(),

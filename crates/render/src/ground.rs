@@ -57,22 +57,22 @@ impl Disc {
         if above <= 0.0 || below >= 0.0 {
             return None;
         }
-        let place = near.lerp(far, above / (above - below));
-        (self.clip_from_world.project_point3(place).z < depth).then_some(place)
+        let point = near.lerp(far, above / (above - below));
+        (self.clip_from_world.project_point3(point).z < depth).then_some(point)
     }
 
-    /// Opacity of the disc at a point of its plane, 0..1; it is 0 from the rim on.
-    pub(crate) fn cover(&self, place: Vec3) -> f32 {
-        1.0 - smoothstep(0.45, 1.0, place.distance(self.centre) / self.radius)
+    /// Opacity of the disc at a point of its plane, 0..1; it is 0 from the edge on.
+    pub(crate) fn cover(&self, point: Vec3) -> f32 {
+        1.0 - smoothstep(0.45, 1.0, point.distance(self.centre) / self.radius)
     }
 }
 
-/// The eye of a picture: its view reaches around the displaced surface and to the rim of the ground.
+/// The eye of a picture: its view reaches around the displaced surface and to the edge of the ground.
 pub(crate) fn view(scene: &Scene, settings: &Settings, aspect: f32) -> View {
     let (up, _) = settings.camera.axes();
     let bounds = scene.bounds();
-    let rim = floor(scene, settings, up).map_or(0.0, |floor| floor.height.hypot(settings.ground.size * bounds.radius));
-    settings.camera.view_reaching(bounds, aspect, rim.max(scene.displaced_bounds(reach(scene, settings)).radius))
+    let edge = floor(scene, settings, up).map_or(0.0, |floor| floor.height.hypot(settings.ground.size * bounds.radius));
+    settings.camera.view_reaching(bounds, aspect, edge.max(scene.displaced_bounds(reach(scene, settings)).radius))
 }
 
 /// The plane on which the model stands; `None` where the settings want none.

@@ -1,7 +1,7 @@
-//! From a model in f64 to a scene in f32.
+//! Conversion of a model in f64 to a scene in f32.
 
+use crate::displaced_mesh::{DisplacementBinding, Sign};
 use crate::mesh::{Mesh, Side, Triangle};
-use crate::relief::{Relief, Sense};
 use crate::scene::{Scene, SceneError};
 use glam::{DVec3, Vec3};
 use planish_geometry::map::displace::{self, ShaderVertex};
@@ -60,20 +60,20 @@ pub fn scene(model: &Model, scalars: Option<&[f32]>) -> Result<Scene, SceneError
     })
 }
 
-/// What is subtracted from the coordinates of a model before they go to single precision, as maps have it.
+/// Point that is subtracted from the coordinates of a model before they are rounded to single precision, as maps have it.
 pub fn origin(model: &Model) -> DVec3 {
     displace::origin(model.surface().bounds())
 }
 
 /// The map of a scene, whose vertices (one for each `v` line) displace it as
 /// [`baked_vertices`](displace::baked_vertices) has them.
-pub fn relief(model: &Model, scene: &Scene, map: Displacement, lines: &[ShaderVertex]) -> Relief {
-    Relief::new(scene.mesh(), map, at_vertices(model, lines), Sense::TakenOff)
+pub fn bind_map(model: &Model, scene: &Scene, map: Displacement, lines: &[ShaderVertex]) -> DisplacementBinding {
+    DisplacementBinding::new(scene.mesh(), map, at_vertices(model, lines), Sign::Subtract)
 }
 
 /// A map that puts heights on a scene, at the dominant texture coordinate of each vertex, so that nothing cracks.
 /// None where the model has no texture coordinates.
-pub fn effect(model: &Model, scene: &Scene, map: Displacement) -> Option<Relief> {
+pub fn bind_heights(model: &Model, scene: &Scene, map: Displacement) -> Option<DisplacementBinding> {
     let atlas = model.atlas().ok()?;
     let mesh = scene.mesh();
     let normals = vertex_normals(model.surface(), FaceWeight::Angle);
@@ -84,15 +84,15 @@ pub fn effect(model: &Model, scene: &Scene, map: Displacement) -> Option<Relief>
         sample_at: atlas.dominant(v).map(|uv| SampleAt::Uv(atlas.uvs()[uv as usize].as_vec2())),
     };
     let vertices = (0..).zip(mesh.positions.iter().zip(normals)).map(vertex).collect();
-    Some(Relief::new(mesh, map, vertices, Sense::PutOn))
+    Some(DisplacementBinding::new(mesh, map, vertices, Sign::Add))
 }
 
-/// Of values for each `v` line those of the vertices.
+/// Selects the values of the vertices from values for each `v` line.
 fn at_vertices<T: Copy>(model: &Model, of_lines: &[T]) -> Vec<T> {
     model.weld().first().iter().map(|&line| of_lines[line as usize]).collect()
 }
 
-/// Whether the texture is cut along the edge from a corner to the next one. One for each corner
+/// Marks the corners from which a texture seam runs to the next corner, one entry per corner.
 fn seams(model: &Model, atlas: &Atlas) -> Vec<bool> {
     let topology = model.surface().topology();
     let mut seams = vec![false; topology.faces().items().len()];

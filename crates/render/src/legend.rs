@@ -7,7 +7,7 @@ use crate::settings::{Range, Settings, Shading};
 use image::{Rgba, RgbaImage};
 use planish_geometry::metrics::colormap::Colormap;
 
-/// Numbers beside the bar.
+/// Number of labels beside the bar.
 const TICKS: u32 = 5;
 
 /// Draws the colour bar of a heat map on a picture of a scene; other pictures have none.
@@ -44,7 +44,7 @@ fn draw(image: &mut RgbaImage, map: Colormap, range: Range) {
     }
 }
 
-/// Three significant digits.
+/// Formats a number with three significant digits.
 fn label(x: f32, range: Range) -> String {
     let widest = range.low.abs().max(range.high.abs());
     // What is left of a zero after rounding.
@@ -59,7 +59,7 @@ fn label(x: f32, range: Range) -> String {
     }
 }
 
-/// Near black or near white, whichever can be read.
+/// Chooses near black or near white, whichever can be read on a colour.
 fn ink_over(Rgba([r, g, b, _]): Rgba<u8>) -> Rgba<u8> {
     let luminance = 0.2126 * linear_from_byte(r) + 0.7152 * linear_from_byte(g) + 0.0722 * linear_from_byte(b);
     let grey = if luminance > 0.18 { 40 } else { 230 };

@@ -28,13 +28,14 @@
 //! | floor | modules |
 //! | --- | --- |
 //! | plain data | [`bounds`], [`colour`], [`mesh`], [`settings`] |
-//! | what is drawn | [`texture`], [`relief`], [`environment`], [`scene`], [`input`] |
-//! | what both renderers ask | `camera`, `draw_parameters`, `lights`, `ground`, `shadow`, `noise`, `legend` |
+//! | what is drawn | [`texture`], [`displaced_mesh`], [`environment`], [`scene`], [`input`] |
+//! | what both renderers ask | `camera`, `draw_parameters`, `lights`, `ground`, `shadow`, `marble`, `legend` |
 //! | renderers | [`gpu`], [`software`] |
 
 pub mod bounds;
 pub mod camera;
 pub mod colour;
+pub mod displaced_mesh;
 mod draw_parameters;
 pub mod environment;
 pub mod gpu;
@@ -42,9 +43,8 @@ mod ground;
 pub mod input;
 mod legend;
 mod lights;
+mod marble;
 pub mod mesh;
-mod noise;
-pub mod relief;
 pub mod scene;
 pub mod settings;
 mod shadow;

@@ -10,9 +10,9 @@ use glam::{Vec3, Vec4};
 
 /// A light in world space; the twin of `Light` in `shaders/frame.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Lamp {
+pub(crate) struct WorldLight {
     /// Direction to the light (w = 0), or its position (w = 1).
-    pub(crate) place: Vec4,
+    pub(crate) position: Vec4,
     /// Radiance of a white surface that faces the light, linear RGB: from afar, or at a distance of one unit.
     pub(crate) radiance: Vec3,
     /// Unit direction in which a spot points.
@@ -24,41 +24,46 @@ pub(crate) struct Lamp {
 }
 
 /// The lights of a picture in world space, in the order of the settings.
-pub(crate) fn lamps(scene: &Scene, settings: &Settings, view: &View) -> Vec<Lamp> {
+pub(crate) fn world_lights(scene: &Scene, settings: &Settings, view: &View) -> Vec<WorldLight> {
     let sun = sample::sun(scene.environment.as_ref(), settings);
-    let lamp = |light: &Light| match sun {
+    let world_light = |light: &Light| match sun {
         Some((to_sun, radiance)) if light.anchor == Anchor::Sun => {
-            light.lamp_towards(to_sun, light.intensity * light.colour.linear() * radiance, scene.bounds())
+            light.world_light_towards(to_sun, light.intensity * light.colour.linear() * radiance, scene.bounds())
         }
-        _ => light.lamp(view, scene.bounds()),
+        _ => light.world_light(view, scene.bounds()),
     };
-    settings.lights.iter().map(lamp).collect()
+    settings.lights.iter().map(world_light).collect()
 }
 
 impl Light {
     /// This light before a camera.
-    pub(crate) fn lamp(&self, view: &View, bounds: Sphere) -> Lamp {
-        self.lamp_towards(self.direction_in_world(view), self.intensity * self.colour.linear(), bounds)
+    pub(crate) fn world_light(&self, view: &View, bounds: Sphere) -> WorldLight {
+        self.world_light_towards(self.direction_in_world(view), self.intensity * self.colour.linear(), bounds)
     }
 
     /// `radiance`: of a white surface in the middle of the model that faces the light.
-    fn lamp_towards(&self, direction: Vec3, radiance: Vec3, bounds: Sphere) -> Lamp {
+    fn world_light_towards(&self, direction: Vec3, radiance: Vec3, bounds: Sphere) -> WorldLight {
         let away = |distance: f32| {
-            let way = distance * bounds.radius;
-            ((bounds.centre + way * direction).extend(1.0), radiance * way * way)
+            let offset = distance * bounds.radius;
+            ((bounds.centre + offset * direction).extend(1.0), radiance * offset * offset)
         };
-        let everywhere =
-            Lamp { place: direction.extend(0.0), radiance, axis: -direction, cos_outer: -1.0, cos_inner: -1.0 };
+        let everywhere = WorldLight {
+            position: direction.extend(0.0),
+            radiance,
+            axis: -direction,
+            cos_outer: -1.0,
+            cos_inner: -1.0,
+        };
         match self.kind {
             LightKind::Directional => everywhere,
             LightKind::Point { distance } => {
-                let (place, radiance) = away(distance);
-                Lamp { place, radiance, ..everywhere }
+                let (position, radiance) = away(distance);
+                WorldLight { position, radiance, ..everywhere }
             }
             LightKind::Spot { distance, angle } => {
-                let (place, radiance) = away(distance);
+                let (position, radiance) = away(distance);
                 let half = 0.5 * angle.to_radians();
-                Lamp { place, radiance, cos_outer: half.cos(), cos_inner: (0.9 * half).cos(), ..everywhere }
+                WorldLight { position, radiance, cos_outer: half.cos(), cos_inner: (0.9 * half).cos(), ..everywhere }
             }
         }
     }
@@ -75,13 +80,13 @@ impl Light {
     }
 }
 
-impl Lamp {
+impl WorldLight {
     /// Unit vector to the light from a position, and the light that arrives there on a surface that faces it.
     pub(crate) fn incoming(&self, position: Vec3) -> (Vec3, Vec3) {
-        let way = self.place.truncate() - self.place.w * position;
-        let direction = way.normalize_or_zero();
+        let offset = self.position.truncate() - self.position.w * position;
+        let direction = offset.normalize_or_zero();
         // The intensity of a lamp that is somewhere falls with the square of the distance.
-        let reach = if self.place.w > 0.0 { 1.0 / way.length_squared() } else { 1.0 };
+        let reach = if self.position.w > 0.0 { 1.0 / offset.length_squared() } else { 1.0 };
         let cone = if self.cos_outer <= -1.0 {
             1.0
         } else {

@@ -28,16 +28,16 @@ pub struct Triangle {
     pub sides: [Side; 3],
 }
 
-/// Plain arrays. Counter-clockwise triangles face outwards.
+/// Triangle mesh as plain arrays. Counter-clockwise triangles face outwards.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
     /// Positions, #V×3, near the origin so that f32 is fine enough.
     pub positions: Vec<Vec3>,
-    /// Unit normals.
+    /// Unit normals, #N×3.
     pub normals: Vec<Vec3>,
-    /// Texture coordinates, v up.
+    /// Texture coordinates, #UV×2, v up.
     pub uvs: Vec<Vec2>,
-    /// Triangles, #T.
+    /// Triangles of the mesh, #T.
     pub triangles: Vec<Triangle>,
     /// MikkTSpace frames at the corners of the triangles, #T×3, for bump and normal maps; empty where there are none.
     pub tangents: Vec<[Tangent; 3]>,

@@ -1,9 +1,9 @@
 //! The scene of a picture: one triangle mesh in single precision, and the map that displaces it.
 
 use crate::bounds::Sphere;
+use crate::displaced_mesh::DisplacementBinding;
 use crate::environment::Environment;
 use crate::mesh::{Mesh, Triangle};
-use crate::relief::Relief;
 use crate::texture::{Texture, Textures};
 use glam::Vec3;
 use thiserror::Error;
@@ -20,12 +20,12 @@ pub struct Scene {
     /// Tangent-space normals (green along v, up), for triangles that have texture coordinates.
     pub normal_map: Option<Texture>,
     /// Displacement map of the mesh.
-    pub relief: Option<Relief>,
+    pub displacement: Option<DisplacementBinding>,
     /// Light from all around.
     pub environment: Option<Environment>,
 }
 
-/// Why arrays are not a mesh.
+/// Reason why arrays are not a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum SceneError {
     /// A corner names a position, normal or texture coordinate that is not there.
@@ -81,7 +81,7 @@ impl Scene {
                     low,
                     textures: Textures::default(),
                     normal_map: None,
-                    relief: None,
+                    displacement: None,
                     environment: None,
                 })
             }

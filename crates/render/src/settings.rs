@@ -58,9 +58,9 @@ pub struct Settings {
     pub background: Background,
     /// Landscape all around, in place of the ambient light and the background.
     pub environment: Option<Surroundings>,
-    /// Squares of [`Shading::Checker`].
+    /// Squares that [`Shading::Checker`] shows.
     pub checker: Checker,
-    /// Veins of [`Shading::Marble`].
+    /// Veins that [`Shading::Marble`] shows.
     pub marble: Marble,
     /// Colours of [`Shading::Height`] and [`Shading::Heat`].
     pub heat: Heat,
@@ -116,7 +116,7 @@ impl FromStr for Size {
     }
 }
 
-/// A vertical gradient.
+/// Vertical colour gradient.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Background {

@@ -6,7 +6,7 @@ use crate::bounds::Sphere;
 use crate::camera::View;
 use crate::draw_parameters::reach;
 use crate::ground::{self, Floor};
-use crate::lights::Lamp;
+use crate::lights::WorldLight;
 use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::settings::lights::{Light, LightKind, MAX_LIGHTS};
@@ -16,7 +16,7 @@ use glam::{Mat3, Mat4, Vec3};
 
 /// View of a light, from which one shadow map is drawn. Distances are world units.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Eye {
+pub(crate) struct ShadowView {
     /// Clip space (depth 0..1, near to far) from world space.
     pub(crate) clip_from_world: Mat4,
     /// Distance of the near plane along the axis.
@@ -39,29 +39,40 @@ pub(crate) enum Rays {
 }
 
 /// Largest number of views that all lights have together.
-pub(crate) const MAX_EYES: usize = 6 * MAX_LIGHTS;
+pub(crate) const MAX_SHADOW_VIEWS: usize = 6 * MAX_LIGHTS;
 /// Faces of a point light's map reach over one another a little, so that filters find what lies beyond an edge.
 const FACE: f32 = 1.06;
-/// How far the nearest caster may be from a light that stands inside the model, radii.
+/// Distance of the nearest caster from a light that stands inside the model, in radii.
 const NEAREST: f32 = 0.02;
 /// A little room about the bounding sphere, so that rounding does not cut the nearest vertex off.
 const SLACK: f32 = 1.05;
 /// Pictures are turned about their axis by so many radians: lavapipe 22.3 loses rectangles whose sides lie along those of a
 /// depth picture.
-const TURN: f32 = 0.02;
+const MAP_ROTATION: f32 = 0.02;
 /// Shadows of a low light that are longer than so many radii are cut off.
 const LONGEST: f32 = 20.0;
 
 /// Views of each of the lights.
-pub(crate) fn eyes_of_lights(scene: &Scene, settings: &Settings, view: &View, lamps: &[Lamp]) -> Vec<Vec<Eye>> {
+pub(crate) fn shadow_views(
+    scene: &Scene,
+    settings: &Settings,
+    view: &View,
+    world_lights: &[WorldLight],
+) -> Vec<Vec<ShadowView>> {
     let floor = ground::floor(scene, settings, view.up_in_world);
     let bounds = scene.displaced_bounds(reach(scene, settings));
-    let eyes = |(light, lamp)| eyes(light, lamp, &settings.shadow, bounds, floor);
-    settings.lights.iter().zip(lamps).map(eyes).collect()
+    let views = |(light, world_light)| views_of_light(light, world_light, &settings.shadow, bounds, floor);
+    settings.lights.iter().zip(world_lights).map(views).collect()
 }
 
 /// Views of a light: one, or six (+x −x +y −y +z −z).
-fn eyes(light: &Light, lamp: &Lamp, shadow: &Shadow, bounds: Sphere, floor: Option<Floor>) -> Vec<Eye> {
+fn views_of_light(
+    light: &Light,
+    world_light: &WorldLight,
+    shadow: &Shadow,
+    bounds: Sphere,
+    floor: Option<Floor>,
+) -> Vec<ShadowView> {
     let radius = bounds.radius.max(f32::MIN_POSITIVE.sqrt());
     let tangent = (0.5 * shadow.light_angle.to_radians()).tan();
     // Along the light, from the middle of the model to its last shadow.
@@ -72,7 +83,7 @@ fn eyes(light: &Light, lamp: &Lamp, shadow: &Shadow, bounds: Sphere, floor: Opti
         });
         reach.clamp(SLACK * radius, LONGEST * radius)
     };
-    let to_light = -lamp.axis;
+    let to_light = -world_light.axis;
     let far_away = |to_light: Vec3| {
         let eye = bounds.centre + 2.0 * radius * to_light;
         let (near, far) = ((2.0 - SLACK) * radius, 2.0 * radius + behind(to_light));
@@ -80,7 +91,7 @@ fn eyes(light: &Light, lamp: &Lamp, shadow: &Shadow, bounds: Sphere, floor: Opti
         let half = 1.02 * shadow.extent * radius;
         let clip_from_view = directx::orthographic(-half, half, -half, half, near, far);
         let clip_from_world = clip_from_view * view(axes(to_light), eye);
-        Eye { clip_from_world, near, far, rays: Rays::Parallel(half), light_size: tangent }
+        ShadowView { clip_from_world, near, far, rays: Rays::Parallel(half), light_size: tangent }
     };
     // `slant`: the least that a distance from the eye is worth along the axis.
     let from = |eye: Vec3, axes: Mat3, half: f32, behind: f32, slant: f32| {
@@ -88,7 +99,7 @@ fn eyes(light: &Light, lamp: &Lamp, shadow: &Shadow, bounds: Sphere, floor: Opti
         let near = (slant * (distance - SLACK * radius)).max(NEAREST * radius);
         let far = distance + behind;
         let clip_from_world = directx::perspective(2.0 * half.atan(), 1.0, near, far) * view(axes, eye);
-        Eye { clip_from_world, near, far, rays: Rays::Perspective(half), light_size: tangent * distance }
+        ShadowView { clip_from_world, near, far, rays: Rays::Perspective(half), light_size: tangent * distance }
     };
     match (light.kind, shadow.projection) {
         (LightKind::Directional, LightProjection::Perspective) => {
@@ -102,13 +113,13 @@ fn eyes(light: &Light, lamp: &Lamp, shadow: &Shadow, bounds: Sphere, floor: Opti
         }
         (LightKind::Spot { angle, .. }, _) => {
             let half = (0.5 * angle.to_radians()).tan();
-            vec![from(lamp.place.truncate(), axes(to_light), half, behind(to_light), 1.0)]
+            vec![from(world_light.position.truncate(), axes(to_light), half, behind(to_light), 1.0)]
         }
         (LightKind::Point { .. }, _) => {
-            let reach = behind((lamp.place.truncate() - bounds.centre).normalize_or(to_light));
+            let reach = behind((world_light.position.truncate() - bounds.centre).normalize_or(to_light));
             // The corners of a cube are the furthest from the axes.
             let slant = 3.0f32.sqrt().recip();
-            FACES.map(|face| from(lamp.place.truncate(), face.transpose(), FACE, reach, slant)).to_vec()
+            FACES.map(|face| from(world_light.position.truncate(), face.transpose(), FACE, reach, slant)).to_vec()
         }
     }
 }
@@ -135,7 +146,7 @@ fn axes(to_light: Vec3) -> Mat3 {
 }
 
 fn view(world_from_view: Mat3, eye: Vec3) -> Mat4 {
-    let view_from_world = (world_from_view * Mat3::from_rotation_z(TURN)).transpose();
+    let view_from_world = (world_from_view * Mat3::from_rotation_z(MAP_ROTATION)).transpose();
     Mat4::from_mat3_translation(view_from_world, view_from_world * -eye)
 }
 
@@ -150,7 +161,7 @@ mod tests {
     const KINDS: [LightKind; 3] =
         [LightKind::Directional, LightKind::Spot { distance: 4.0, angle: 40.0 }, LightKind::Point { distance: 3.0 }];
 
-    fn seen(kind: LightKind, shadow: &Shadow, floor: Option<Floor>) -> (Lamp, Vec<Eye>) {
+    fn seen(kind: LightKind, shadow: &Shadow, floor: Option<Floor>) -> (WorldLight, Vec<ShadowView>) {
         let light = Light {
             azimuth: 30.0,
             elevation: 50.0,
@@ -159,8 +170,8 @@ mod tests {
             kind,
             anchor: Anchor::Model,
         };
-        let lamp = light.lamp(&Camera::default().view(BOUNDS, 1.0), BOUNDS);
-        (lamp, eyes(&light, &lamp, shadow, BOUNDS, floor))
+        let world_light = light.world_light(&Camera::default().view(BOUNDS, 1.0), BOUNDS);
+        (world_light, views_of_light(&light, &world_light, shadow, BOUNDS, floor))
     }
 
     /// Points of the bounding sphere.
@@ -180,13 +191,13 @@ mod tests {
     #[test]
     fn every_light_sees_the_whole_model() {
         for (kind, projection) in KINDS.into_iter().flat_map(|k| LightProjection::ALL.iter().map(move |p| (k, *p))) {
-            let (_, eyes) = seen(kind, &Shadow { projection, ..Shadow::default() }, None);
+            let (_, views) = seen(kind, &Shadow { projection, ..Shadow::default() }, None);
             for point in surface() {
-                let sees = |eye: &Eye| {
+                let sees = |eye: &ShadowView| {
                     let clip = eye.clip_from_world * point.extend(1.0);
                     clip.w > 0.0 && inside(clip.truncate() / clip.w)
                 };
-                assert!(eyes.iter().any(sees), "{kind:?} {projection:?} {point}");
+                assert!(views.iter().any(sees), "{kind:?} {projection:?} {point}");
             }
         }
     }
@@ -194,10 +205,10 @@ mod tests {
     #[test]
     fn what_lies_behind_one_another_has_one_place_and_rising_depth() {
         for kind in KINDS {
-            let (lamp, eyes) = seen(kind, &Shadow::default(), None);
-            for eye in eyes {
+            let (world_light, views) = seen(kind, &Shadow::default(), None);
+            for eye in views {
                 let start = BOUNDS.centre + Vec3::new(0.1, 0.05, -0.2);
-                let (to_light, _) = lamp.incoming(start);
+                let (to_light, _) = world_light.incoming(start);
                 let [near, far] = [0.2, -0.2].map(|step| eye.clip_from_world * (start + step * to_light).extend(1.0));
                 if near.w <= 0.0 || far.w <= 0.0 {
                     continue;
@@ -212,23 +223,23 @@ mod tests {
     #[test]
     fn the_floor_lies_in_view_where_shadows_fall() {
         let floor = Floor { up: Vec3::Y, height: 1.1 };
-        let (lamp, eyes) = seen(LightKind::Directional, &Shadow::default(), Some(floor));
-        let to_light = lamp.place.truncate();
+        let (world_light, views) = seen(LightKind::Directional, &Shadow::default(), Some(floor));
+        let to_light = world_light.position.truncate();
         for point in surface() {
             let drop = (point.y - (BOUNDS.centre.y - floor.height)) / to_light.y;
             let shadow = point - drop * to_light;
-            assert!(inside(eyes[0].clip_from_world.project_point3(shadow)), "{point} {shadow}");
+            assert!(inside(views[0].clip_from_world.project_point3(shadow)), "{point} {shadow}");
         }
     }
 
     #[test]
     fn the_six_faces_of_a_point_light_leave_no_gap() {
-        let (lamp, eyes) = seen(KINDS[2], &Shadow::default(), None);
+        let (world_light, views) = seen(KINDS[2], &Shadow::default(), None);
         for (face, axis) in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z].into_iter().enumerate() {
             for (right, up) in [(0.999, 0.999), (-0.999, 0.999), (0.0, 0.0)] {
                 let (a, b) = axis.any_orthonormal_pair();
-                let place = lamp.place.truncate() + axis + right * a + up * b;
-                let clip = eyes[face].clip_from_world * place.extend(1.0);
+                let point = world_light.position.truncate() + axis + right * a + up * b;
+                let clip = views[face].clip_from_world * point.extend(1.0);
                 let ndc = clip.truncate() / clip.w;
                 assert!(clip.w > 0.0 && ndc.x.abs() < 1.0 && ndc.y.abs() < 1.0, "{axis} {ndc}");
             }

@@ -44,11 +44,11 @@ pub fn render(scene: &Scene, settings: &Settings) -> RgbaImage {
     image
 }
 
-/// What lies nearest at a sample.
+/// Nearest triangle at a sample, and its depth.
 #[derive(Clone, Copy)]
 struct Nearest {
     depth: f32,
-    /// Into [`Mesh::triangles`].
+    /// Index into [`Mesh::triangles`]; out of range where there is none.
     triangle: u32,
 }
 
@@ -58,13 +58,13 @@ struct Picture<'a> {
     shader: Shader<'a>,
     ground: Option<Disc>,
     grid: Grid,
-    /// After displacement. #V
+    /// Displaced positions, #V×3.
     positions: Cow<'a, [Vec3]>,
-    /// Instead of those of the mesh. #V
+    /// Vertex normals that replace those of the mesh, #V×3.
     vertex_normals: Option<Vec<Vec3>>,
-    /// What the map says. #V, or nothing.
+    /// Heights of the map at the vertices, #V, model units; empty without a map.
     heights: Vec<f32>,
-    /// #V
+    /// Positions in clip space, #V×4.
     clip_positions: Vec<Vec4>,
     triangles: Vec<ScreenTriangle>,
 }
@@ -78,15 +78,15 @@ impl<'a> Picture<'a> {
         let mesh = scene.mesh();
         let displace = &settings.displace;
         // With bumps the slope of the heights is seen, and so the vertices stay.
-        let moves = scene.relief.as_ref().filter(|_| settings.shading != Shading::Bump);
-        let positions = moves.map_or(Cow::Borrowed(&mesh.positions[..]), |relief| relief.displaced(displace).into());
-        let vertex_normals = match &scene.relief {
-            Some(relief) if normal_map_strength(scene, settings).is_some() => {
-                Some(relief.vertices.iter().map(|v| v.normal).collect())
+        let moves = scene.displacement.as_ref().filter(|_| settings.shading != Shading::Bump);
+        let positions = moves.map_or(Cow::Borrowed(&mesh.positions[..]), |binding| binding.displaced(displace).into());
+        let vertex_normals = match &scene.displacement {
+            Some(binding) if normal_map_strength(scene, settings).is_some() => {
+                Some(binding.vertices.iter().map(|v| v.normal).collect())
             }
-            _ => moves.filter(|_| displace.normals == Normals::Derived).map(|relief| relief.normals(&positions)),
+            _ => moves.filter(|_| displace.normals == Normals::Derived).map(|binding| binding.normals(&positions)),
         };
-        let heights = scene.relief.as_ref().map_or_else(Vec::new, |relief| relief.heights(displace));
+        let heights = scene.displacement.as_ref().map_or_else(Vec::new, |binding| binding.heights(displace));
         let clip_positions: Vec<Vec4> = positions.par_iter().map(|p| view.clip_from_world * p.extend(1.0)).collect();
         let triangles = mesh
             .triangles
@@ -102,12 +102,12 @@ impl<'a> Picture<'a> {
         Self { mesh, settings, shader, ground, grid, positions, vertex_normals, heights, clip_positions, triangles }
     }
 
-    /// Samples along a side of a pixel.
+    /// Number of samples along a side of a pixel.
     fn supersampling(&self) -> usize {
         self.settings.supersampling.max(1) as usize
     }
 
-    /// For each band the triangles that touch it, in the mesh's order.
+    /// Lists, for each band, the triangles that touch it, in the order of the mesh.
     fn bands(&self) -> Vec<Vec<u32>> {
         let band_samples = BAND_ROWS * self.supersampling();
         let mut bands = vec![Vec::new(); self.grid.height.div_ceil(band_samples)];
@@ -163,7 +163,7 @@ impl<'a> Picture<'a> {
             None => self.shader.background(ndc),
         };
         let met = self.ground.as_ref().and_then(|ground| Some((ground, ground.meet(ndc, nearest.depth)?)));
-        met.map_or(surface, |(ground, place)| self.shader.over_ground(surface, place, ground))
+        met.map_or(surface, |(ground, point)| self.shader.over_ground(surface, point, ground))
     }
 
     fn fragment(&self, index: u32, triangle: &Triangle, x: usize, y: usize) -> Fragment {
@@ -200,13 +200,13 @@ impl<'a> Picture<'a> {
         }
     }
 
-    /// That of the displaced surface, or what a normal map is relative to, where those are asked for.
+    /// Normal of a corner: of the displaced surface, or the one that a normal map is relative to, where the settings ask for it.
     fn corner_normal(&self, triangle: &Triangle, k: usize) -> Vec3 {
         let special = self.vertex_normals.as_ref().map(|normals| normals[triangle.positions[k] as usize]);
         special.filter(|n| *n != Vec3::ZERO).unwrap_or_else(|| self.mesh.normals[triangle.normals[k] as usize])
     }
 
-    /// Linear RGB of the corners, blended; nothing with other ways of shading.
+    /// Colour of the lit corners, blended, linear RGB; zero unless the shading is Gouraud.
     fn gouraud(&self, corners: [Vec3; 3], normals: [Vec3; 3], face_normal: Vec3, weights: Vec3) -> Vec3 {
         if self.settings.shading != Shading::Gouraud {
             return Vec3::ZERO;
@@ -249,7 +249,7 @@ fn plane_weights(clip_corners: [Vec4; 3], ndc: DVec2) -> Vec3 {
     Vec3::from(weights.map(|w| (w / sum) as f32))
 }
 
-/// The same for a sample of the triangle: corners are rounded to the raster's grid, so it may lie outside by a hair.
+/// Clamps the weights of a sample to its triangle: corners are rounded to the raster's grid, so it may lie outside by a hair.
 fn inside(weights: Vec3) -> Vec3 {
     let weights = weights.max(Vec3::ZERO);
     let sum = weights.element_sum();

@@ -1,4 +1,4 @@
-//! Pictures on the surface, and how they are read between their texels.
+//! Pictures on the surface, and their interpolation between texels.
 
 use crate::colour::{linear_from_byte, srgb_from_linear};
 use crate::settings::Sampling;
@@ -6,7 +6,7 @@ use glam::{IVec2, Vec2, Vec3};
 use image::RgbaImage;
 use rayon::prelude::*;
 
-/// What the numbers of a picture are.
+/// Meaning of the numbers of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content {
     /// Colours: sRGB, blended as light.
@@ -23,35 +23,35 @@ pub struct Texture {
     content: Content,
 }
 
-/// Which triangles have which texture.
+/// Textures of the triangles of a mesh.
 #[derive(Clone, Debug, Default)]
 pub struct Textures {
     all: Vec<Texture>,
-    /// #T, or nothing where all have the first.
+    /// Texture index of each triangle, #T; empty where all have the first texture.
     of_triangles: Vec<Option<u32>>,
 }
 
 impl Textures {
-    /// One for all triangles.
+    /// Gives one texture to all triangles.
     pub fn one(texture: Texture) -> Self {
         Self { all: vec![texture], of_triangles: Vec::new() }
     }
 
-    /// `of_triangles`: for each triangle of the mesh its place in `all`, or none. None if a place is out of range.
+    /// `of_triangles`: for each triangle of the mesh its index in `all`, or none. None if an index is out of range.
     pub fn by_triangle(all: Vec<Texture>, of_triangles: Vec<Option<u32>>) -> Option<Self> {
-        let inside = |place: &Option<u32>| place.is_none_or(|place| (place as usize) < all.len());
+        let inside = |index: &Option<u32>| index.is_none_or(|index| (index as usize) < all.len());
         of_triangles.iter().all(inside).then_some(Self { all, of_triangles })
     }
 
-    /// Each once.
+    /// Returns all textures, each once.
     pub fn all(&self) -> &[Texture] {
         &self.all
     }
 
-    /// Place in [`Self::all`] of a triangle's texture.
+    /// Returns the index in [`Self::all`] of a triangle's texture.
     pub fn of_triangle(&self, triangle: usize) -> Option<u32> {
         match self.of_triangles.get(triangle) {
-            Some(place) => *place,
+            Some(index) => *index,
             None => (!self.all.is_empty()).then_some(0),
         }
     }
@@ -72,12 +72,12 @@ impl Texture {
         Some(Self { levels, content })
     }
 
-    /// The levels of detail, finest first.
+    /// Returns the levels of detail, finest first.
     pub fn levels(&self) -> &[RgbaImage] {
         &self.levels
     }
 
-    /// What its numbers are.
+    /// Returns the meaning of the numbers.
     pub fn content(&self) -> Content {
         self.content
     }
@@ -116,7 +116,7 @@ impl Texture {
         (flipped - flipped.floor()) * self.size(level) - 0.5
     }
 
-    /// Like the GPU, this blends light and not encoded values.
+    /// Interpolates bilinearly. Like the GPU, this blends light and not encoded values.
     fn bilinear(&self, level: usize, uv: Vec2) -> Vec3 {
         let p = self.texel_from_uv(level, uv);
         let low = p.floor();
@@ -183,7 +183,7 @@ fn halved(fine: &RgbaImage) -> Option<RgbaImage> {
     Some(coarse)
 }
 
-/// For each of half as many texels along a side those that it covers, with their shares, which add up to one.
+/// Lists, for each of half as many texels along a side, the fine texels that it covers with their weights, which add up to one.
 fn shares(fine: u32) -> Vec<Vec<(u32, f32)>> {
     let coarse = (fine / 2).max(1);
     let step = f64::from(fine) / f64::from(coarse);

@@ -1,23 +1,23 @@
-//! The window without its window: what is open, what is wanted, and what goes on in the background. No GPU, no widgets;
+//! State of the window: what is open, what is chosen, and what goes on in the background. No GPU, no widgets;
 //! [`App::tick`] never waits.
 
+pub mod bake_config;
+pub mod capture;
 pub mod document;
 pub mod history;
 pub mod jobs;
 pub mod measurement;
 mod messages;
-pub mod pictures;
-pub mod recipe;
-pub mod remembered;
 mod results;
 mod schedule;
 pub mod watch;
+pub mod window_state;
 
 pub use history::Gesture;
 pub use messages::{Message, MessageKind};
 pub use schedule::DEBOUNCE;
 
-use crate::settings::Settings;
+use bake_config::BakeConfig;
 use document::{Document, Map, Origin};
 use history::History;
 use jobs::{Slot, Status, Wake};
@@ -25,52 +25,52 @@ use measurement::{Clean, Measured};
 use planish_files::bake_files;
 use planish_files::failure::Failure;
 use planish_files::output::Folder;
-use recipe::Recipe;
-use remembered::Remembered;
+use planish_render::settings::Settings;
 use results::{Loaded, Saved};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 use watch::Watch;
+use window_state::WindowState;
 
-/// What undo goes back over.
+/// Choices that undo restores.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Choices {
-    /// What is baked.
-    pub recipe: Recipe,
-    /// How it is drawn. The camera is no matter of undo.
+    /// Settings of the bake.
+    pub bake_config: BakeConfig,
+    /// Settings of the view. The camera is no matter of undo.
     pub view: Settings,
 }
 
-/// Whether a change of the recipe is baked at once.
+/// Time at which a change of the bake settings is baked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Rebake {
-    /// As soon as it settles.
+    /// Changes are baked as soon as they settle.
     #[default]
     Live,
-    /// When asked to.
+    /// Changes are baked when the user asks for it.
     OnDemand,
 }
 
 /// The state behind the window.
 pub struct App {
-    /// What can be undone.
+    /// Choices that can be undone.
     pub choices: Choices,
-    /// Whether changes are baked at once.
+    /// Time at which changes are baked.
     pub rebake: Rebake,
-    /// What is remembered from start to start.
-    pub remembered: Remembered,
+    /// State that is kept from one start to the next.
+    pub window_state: WindowState,
     document: Option<Arc<Document>>,
     map: Option<Arc<Map>>,
     clean: Option<Arc<Clean>>,
     measured: Option<Measured>,
-    /// Of the last bake that was begun, or of the map that was opened.
-    begun: Option<Recipe>,
-    /// Of the map that is shown.
-    shown: Option<Recipe>,
-    /// As it was at the last look.
-    seen: Recipe,
-    /// When the next bake begins.
+    /// Settings of the last bake that was begun, or of the map that was opened.
+    begun: Option<BakeConfig>,
+    /// Settings of the map that is shown.
+    shown: Option<BakeConfig>,
+    /// Settings of the bake at the last tick.
+    seen: BakeConfig,
+    /// Time at which the next bake begins.
     due: Option<Instant>,
     /// The time of the last tick.
     now: Instant,
@@ -84,22 +84,22 @@ pub struct App {
     measured_for: Option<(f32, Option<usize>)>,
     drawing: Slot<Vec<PathBuf>>,
     watch: Watch,
-    /// What is loaded now, or was last.
+    /// Path that is being loaded, or was loaded last.
     source: Option<PathBuf>,
 }
 
-/// What runs in the background, by what the user would call it.
+/// Kinds of work in the background, as the user would call them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Work {
-    /// Reading files.
+    /// Work that reads files.
     Load,
-    /// Making a map.
+    /// Work that bakes a map.
     Bake,
-    /// Writing files.
+    /// Work that writes files.
     Save,
-    /// Comparing with the clean mesh.
+    /// Work that compares with the clean mesh.
     Measure,
-    /// Pictures on disk.
+    /// Work that draws pictures to disk.
     Draw,
 }
 
@@ -109,21 +109,21 @@ impl Work {
 }
 
 impl App {
-    /// Nothing is open. `wake` is called when [`tick`](Self::tick) has something to do.
-    pub fn new(wake: &Wake, remembered: Remembered) -> Self {
+    /// Creates an app with nothing open. `wake` is called when [`tick`](Self::tick) has something to do.
+    pub fn new(wake: &Wake, window_state: WindowState) -> Self {
         let choices = Choices::default();
         Self {
             history: History::new(choices.clone()),
             choices,
             rebake: Rebake::default(),
-            remembered,
+            window_state,
             document: None,
             map: None,
             clean: None,
             measured: None,
             begun: None,
             shown: None,
-            seen: Recipe::default(),
+            seen: BakeConfig::default(),
             due: None,
             now: Instant::now(),
             messages: Vec::new(),
@@ -138,24 +138,24 @@ impl App {
         }
     }
 
-    /// The mesh.
+    /// Returns the open mesh.
     pub fn document(&self) -> Option<&Arc<Document>> {
         self.document.as_ref()
     }
-    /// The last map that came out well.
+    /// Returns the last map that was opened or baked successfully.
     pub fn map(&self) -> Option<&Arc<Map>> {
         self.map.as_ref()
     }
-    /// The clean mesh.
+    /// Returns the clean mesh that is compared with.
     pub fn clean(&self) -> Option<&Arc<Clean>> {
         self.clean.as_ref()
     }
-    /// Against the clean mesh.
+    /// Returns the comparison with the clean mesh.
     pub fn measured(&self) -> Option<&Measured> {
         self.measured.as_ref()
     }
 
-    /// Where work is.
+    /// Returns the progress of one kind of work; none while it does not run.
     pub fn status(&self, work: Work) -> Option<Status> {
         match work {
             Work::Load => self.loading.status(),
@@ -204,7 +204,7 @@ impl App {
         self.loading.start(move |ticket| Ok(Loaded::Clean(Clean::read(&path, ticket)?)));
     }
 
-    /// Compares no more.
+    /// Stops comparing with the clean mesh.
     pub fn forget_clean(&mut self) {
         self.measuring.drop_running();
         (self.clean, self.measured, self.measured_for) = (None, None, None);
@@ -217,7 +217,7 @@ impl App {
         }
     }
 
-    /// The folder that files are baked for: that of the map that is shown, or one beside the mesh.
+    /// Returns the folder that files are baked for: that of the map that is shown, or one beside the mesh.
     pub fn folder(&self) -> Option<PathBuf> {
         let document = self.document.as_ref()?;
         match self.map.as_ref().map(|map| &map.origin) {
@@ -228,28 +228,28 @@ impl App {
         }
     }
 
-    /// Whether the map that is shown is what the recipe would give.
+    /// Returns whether the map that is shown is what the settings of the bake would give.
     pub fn is_baked(&self) -> bool {
-        self.shown.as_ref() == Some(&self.choices.recipe)
+        self.shown.as_ref() == Some(&self.choices.bake_config)
     }
 
-    /// Begins to bake now.
+    /// Starts a bake now.
     pub fn bake(&mut self) {
         let (Some(document), Some(folder)) = (self.document.clone(), self.folder()) else { return };
         self.due = None;
-        let recipe = self.choices.recipe.clone();
-        self.begun = Some(recipe.clone());
-        self.baking.start(move |ticket| document::bake(&document, &recipe, &folder, ticket));
+        let bake_config = self.choices.bake_config.clone();
+        self.begun = Some(bake_config.clone());
+        self.baking.start(move |ticket| document::bake(&document, &bake_config, &folder, ticket));
     }
 
     /// Writes the files of the map to a folder, the very bytes that the command line writes.
     pub fn save(&mut self, folder: &Path) {
         let (Some(document), Some(map)) = (self.document.clone(), self.map.clone()) else { return };
-        let (folder, recipe) = (folder.to_owned(), self.choices.recipe.clone());
+        let (folder, bake_config) = (folder.to_owned(), self.choices.bake_config.clone());
         self.saving.start(move |ticket| {
             let place = Folder::open(&folder)?;
             let ready = |map: &Map| match &map.origin {
-                Origin::Baked { recipe: of, folder: to, baked } if **of == recipe && *to == folder => {
+                Origin::Baked { bake_config: of, folder: to, baked } if **of == bake_config && *to == folder => {
                     Some(baked.clone())
                 }
                 _ => None,
@@ -257,7 +257,7 @@ impl App {
             let (baked, map) = match ready(&map) {
                 Some(baked) => (baked, None),
                 None => {
-                    let map = document::bake(&document, &recipe, &folder, ticket)?;
+                    let map = document::bake(&document, &bake_config, &folder, ticket)?;
                     let baked =
                         ready(&map).ok_or_else(|| Failure::Internal("the bake is of another mesh".to_owned()))?;
                     (baked, Some(map))
@@ -272,10 +272,10 @@ impl App {
         self.drawing.start(work);
     }
 
-    /// The command line that bakes the same files.
+    /// Returns the command line that bakes the same files.
     pub fn command(&self) -> Option<String> {
         let document = self.document.as_ref()?;
-        Some(self.choices.recipe.command(&document.mesh, &self.folder()?))
+        Some(self.choices.bake_config.command(&document.mesh, &self.folder()?))
     }
 }
 

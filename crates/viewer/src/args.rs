@@ -1,14 +1,15 @@
-//! The command line.
+//! Options of the command line.
 
 use clap::{Parser, ValueEnum};
 use planish_files::failure::Failure;
 use planish_geometry::metrics::Heat;
-use planish_viewer::environment::file::{Source, parse_source};
-use planish_viewer::gpu::Backend;
-use planish_viewer::ground::Show;
+use planish_render::gpu::Backend;
+use planish_render::settings::environment::Source;
+use planish_render::settings::ground::Show;
+use planish_render::settings::shadow::Filter;
+use planish_render::settings::{Normals, Overlay, Sampling, Settings, Shading, Size};
+use planish_viewer::environment::parse_source;
 use planish_viewer::open::Files;
-use planish_viewer::settings::{Normals, Overlay, Sampling, Settings, Shading, Size};
-use planish_viewer::shadow::Filter;
 use std::path::{Path, PathBuf};
 
 /// Shows a mesh and its displacement map in a window, or draws it into a file.
@@ -49,7 +50,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "OUT.jsonl", conflicts_with = "headless")]
     pub(crate) log: Option<PathBuf>,
 
-    /// What draws.
+    /// Backend that draws.
     #[arg(long, value_enum, default_value_t)]
     pub(crate) backend: Backend,
 
@@ -73,7 +74,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     scale: Option<f32>,
 
-    /// Which normals light the displaced surface.
+    /// Normals that light the displaced surface.
     #[arg(long, value_enum)]
     normals: Option<Normals>,
 
@@ -85,35 +86,35 @@ pub(crate) struct Args {
     #[arg(long, value_name = "CLEAN.obj", conflicts_with = "scalars")]
     pub(crate) clean: Option<PathBuf>,
 
-    /// Which error --clean shows: to the clean surface in mean edge lengths, or of the normals in degrees.
+    /// Error that --clean shows: distance to the clean surface in mean edge lengths, or angle of the normals in degrees.
     #[arg(long, value_enum, default_value = "distance", requires = "clean")]
     pub(crate) error: ErrorKind,
 
-    /// Pixels.
+    /// Size of the picture, pixels.
     #[arg(long, value_name = "WxH")]
     size: Option<Size>,
 
-    /// What the surface shows.
+    /// Shading of the surface.
     #[arg(long, value_name = "MODE")]
     pub(crate) shading: Option<Shading>,
 
-    /// What is drawn on top of the surface.
+    /// Lines on top of the surface.
     #[arg(long, value_enum)]
     overlay: Option<Overlay>,
 
-    /// How textures are read between their texels.
+    /// Interpolation of textures between their texels.
     #[arg(long, value_enum)]
     sampling: Option<Sampling>,
 
-    /// How lights cast shadows.
+    /// Shadows that lights cast.
     #[arg(long, value_name = "FILTER")]
     shadow: Option<Filter>,
 
-    /// What is seen of a plane under the model.
+    /// Part of a plane under the model that is drawn.
     #[arg(long, value_name = "WHAT")]
     ground: Option<Show>,
 
-    /// What is all around: desert, ice, an equirectangular picture, or a folder with the six faces of a cube map.
+    /// Environment: desert, ice, an equirectangular picture, or a folder with the six faces of a cube map.
     #[arg(long, value_name = "WHICH", value_parser = parse_source)]
     environment: Option<Source>,
 
@@ -129,9 +130,9 @@ pub(crate) struct Args {
 /// An error that each vertex has.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum ErrorKind {
-    /// To the clean surface.
+    /// Distance to the clean surface, mean edge lengths.
     Distance,
-    /// Of the normals.
+    /// Angle between the normals, degrees.
     Angle,
 }
 
@@ -145,7 +146,7 @@ impl From<ErrorKind> for Heat {
 }
 
 impl Args {
-    /// Which files are read.
+    /// Returns the files that are read.
     pub(crate) fn files(&self) -> Result<Files, Failure> {
         let none = || Failure::Input("--headless needs a mesh to draw".to_owned());
         let input = self.input.clone().ok_or_else(none)?;

@@ -1,4 +1,4 @@
-//! Pictures in files.
+//! Reading of pictures from files.
 
 use image::{DynamicImage, ImageReader};
 use planish_files::failure::Failure;

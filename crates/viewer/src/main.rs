@@ -1,12 +1,12 @@
 //! `planish-viewer`: draws a mesh.
 
 mod args;
-mod headless;
+mod run;
 mod timings;
 
 use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    planish_files::terminal::conclude(headless::run(&args::Args::parse()))
+    planish_files::terminal::conclude(run::run(&args::Args::parse()))
 }

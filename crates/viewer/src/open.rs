@@ -2,12 +2,8 @@
 
 mod materials;
 
-use crate::environment::{self, Surroundings};
+use crate::environment;
 use crate::image_file;
-use crate::input as model_input;
-use crate::scene::Scene;
-use crate::settings::{Settings, Shading};
-use crate::texture::{Content, Texture, Textures};
 use image::DynamicImage;
 use planish_files::bake_files::{self, Baked, Job};
 use planish_files::failure::Failure;
@@ -22,9 +18,14 @@ use planish_geometry::map::{HeightMap, Size};
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Progress;
 use planish_geometry::source::model::Model;
+use planish_render::input as model_input;
+use planish_render::scene::Scene;
+use planish_render::settings::environment::Surroundings;
+use planish_render::settings::{Settings, Shading};
+use planish_render::texture::{Content, Texture, Textures};
 use std::path::{Path, PathBuf};
 
-/// What to show.
+/// Files that make up a scene.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Files {
     /// The mesh; where there is none, the carrier of the map.
@@ -41,27 +42,27 @@ pub struct Files {
     pub scalars: Option<PathBuf>,
 }
 
-/// What was read.
+/// Model and scene that were read, and what was baked for them.
 #[derive(Debug)]
 pub struct Opened {
-    /// Where the mesh was.
+    /// Path of the mesh.
     pub mesh: PathBuf,
-    /// The mesh.
+    /// Model of the mesh.
     pub model: Model,
-    /// What is drawn.
+    /// Scene that is drawn.
     pub scene: Scene,
     /// The map that the scene has on it; none without one.
     pub map: Option<OpenedMap>,
     /// Files of the map that are not written; none where none was baked.
     pub baked: Option<Baked>,
-    /// What is missing, and the picture can do without.
+    /// Warnings about files that are missing and not essential.
     pub warnings: Vec<String>,
 }
 
 /// A map on a scene.
 #[derive(Debug)]
 pub struct OpenedMap {
-    /// What is known of the map.
+    /// Manifest of the map.
     pub manifest: Manifest,
     /// Vertices of the mesh as the map displaces them, one for each `v` line. #v
     pub vertices: Vec<ShaderVertex>,
@@ -88,9 +89,9 @@ pub fn open(files: &Files, settings: &Settings, progress: &dyn Progress) -> Resu
     let mut baked = None;
     let map = match (&files.heights, map_files) {
         (Some(path), _) => {
-            let relief = model_input::effect(&model, &scene, heights(path)?);
+            let binding = model_input::bind_heights(&model, &scene, heights(path)?);
             let none = || Failure::at(&mesh, "has no texture coordinates for a picture of heights");
-            scene.relief = Some(relief.ok_or_else(none)?);
+            scene.displacement = Some(binding.ok_or_else(none)?);
             None
         }
         (None, Some(map)) => Some(read_map(&mut scene, &model, &mesh, map)?),
@@ -108,12 +109,12 @@ pub fn open(files: &Files, settings: &Settings, progress: &dyn Progress) -> Resu
     }
     if let Some(Surroundings { source, resolution, .. }) = &settings.environment {
         progress.stage("environment");
-        scene.environment = Some(environment::file::load(source, *resolution as usize)?);
+        scene.environment = Some(environment::load(source, *resolution as usize)?);
     }
     Ok(Opened { mesh, model, scene, map, baked, warnings })
 }
 
-/// At λ = 0 only some ways of shading look at the map.
+/// Returns whether the settings need a map: at λ = 0 only some shadings look at it.
 fn needs_map(settings: &Settings) -> bool {
     settings.displace.lambda != 0.0 || matches!(settings.shading, Shading::Height | Shading::NormalMap | Shading::Bump)
 }
@@ -121,7 +122,7 @@ fn needs_map(settings: &Settings) -> bool {
 /// Reads the files of a map, and attaches it to the scene.
 fn read_map(scene: &mut Scene, model: &Model, mesh: &Path, files: MapFiles) -> Result<OpenedMap, Failure> {
     let vertices = files.vertices(model.source(), mesh)?;
-    scene.relief = Some(model_input::relief(model, scene, files.displacement()?, &vertices));
+    scene.displacement = Some(model_input::bind_map(model, scene, files.displacement()?, &vertices));
     if let Some(entry) = &files.manifest.normal_map {
         let path = files.beside(&entry.file);
         scene.normal_map = Some(normal_map(&input::read(&path)?, entry, &path)?);
@@ -150,7 +151,7 @@ fn attach(scene: &mut Scene, model: &Model, bundle: &Bundle) -> Result<Vec<Shade
     let map = Displacement::decode(bytes(&entry.file), entry.map, entry.size(), entry.encoding());
     let map = map.map_err(|e| Failure::at(Path::new(&entry.file), e))?;
     let vertices = displace::model_vertices(model, along, manifest);
-    scene.relief = Some(model_input::relief(model, scene, map, &vertices));
+    scene.displacement = Some(model_input::bind_map(model, scene, map, &vertices));
     let entry = manifest.normal_map.as_ref();
     scene.normal_map = entry.map(|e| normal_map(bytes(&e.file), e, Path::new(&e.file))).transpose()?;
     Ok(vertices)

@@ -1,23 +1,23 @@
-//! How long a picture takes, and what it takes up.
+//! Measurement of the time and memory that a picture takes.
 
-use planish_viewer::gpu::NoGpu;
-use planish_viewer::renderer::{Renderer, Smoothness};
-use planish_viewer::scene::Scene;
-use planish_viewer::settings::Settings;
+use planish_render::gpu::NoGpu;
+use planish_render::gpu::renderer::{Renderer, Smoothness};
+use planish_render::scene::Scene;
+use planish_render::settings::Settings;
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
 /// Frames that are drawn for the median.
 const FRAMES: usize = 15;
 
-/// What `--timings` prints. Seconds.
+/// Report of `--timings`; times in seconds.
 #[derive(Debug, Serialize)]
 pub(crate) struct Timings {
     adapter: String,
     triangles: usize,
     width: u32,
     height: u32,
-    /// From the start of the program until the scene is in memory: reading, and baking where there is no map.
+    /// Time from the start of the program until the scene is in memory: reading, and baking where there is no map.
     opening: f64,
     /// Finding the device and compiling the shaders.
     starting: f64,
@@ -46,7 +46,7 @@ pub(crate) fn measure(
 ) -> Result<Timings, NoGpu> {
     let gpu = renderer.gpu();
     let begun = Instant::now();
-    let uploaded = renderer.upload(scene)?;
+    let gpu_scene = renderer.upload(scene)?;
     gpu.wait();
     let uploading = begun.elapsed();
     let target = renderer.target(settings.size, Smoothness::SmoothEdges);
@@ -54,7 +54,7 @@ pub(crate) fn measure(
     let view = canvas.create_view(&wgpu::TextureViewDescriptor::default());
     let frame = || {
         let begun = Instant::now();
-        renderer.draw(&uploaded, scene, settings, &target, &view);
+        renderer.draw(&gpu_scene, scene, settings, &target, &view);
         gpu.wait();
         begun.elapsed()
     };
@@ -72,7 +72,7 @@ pub(crate) fn measure(
         first_frame: first_frame.as_secs_f64(),
         frame: frames[FRAMES / 2].as_secs_f64(),
         start_to_picture: (opening + starting + uploading + first_frame).as_secs_f64(),
-        scene_bytes: uploaded.bytes(),
+        scene_bytes: gpu_scene.bytes(),
         peak_memory: peak_memory(),
     })
 }

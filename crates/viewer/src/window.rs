@@ -1,32 +1,32 @@
 //! The window: an event loop, a surface, and what is drawn on it. What it shows is decided in [`crate::app`].
 
-mod controls;
 mod dialog;
 mod keys;
 mod log;
+mod orbit;
 pub mod panel;
-mod screen;
-mod session;
-mod stage;
-mod view;
+mod surface;
+mod ui_state;
+mod viewport;
+mod viewport_targets;
 
-pub use session::Session;
+pub use ui_state::UiState;
 
 use crate::app::jobs::{self, Wake};
-use crate::app::remembered::{self, Remembered};
-use crate::app::{App, Gesture, MessageKind, document, pictures};
-use crate::gpu::{Backend, NoGpu};
-use crate::settings::{Settings, Shading};
+use crate::app::window_state::{self, WindowState};
+use crate::app::{App, Gesture, MessageKind, capture, document};
 use dialog::FilePurpose;
 use log::Log;
 use planish_files::failure::Failure;
-use screen::Screen;
-use session::Action;
-use stage::Stage;
+use planish_render::gpu::{Backend, NoGpu};
+use planish_render::settings::{Settings, Shading};
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+use surface::WindowSurface;
+use ui_state::Action;
+use viewport_targets::ViewportTargets;
 use winit::application::ApplicationHandler;
 use winit::dpi::LogicalSize;
 use winit::event::WindowEvent;
@@ -38,100 +38,100 @@ fn no_window(reason: impl Display) -> Failure {
     Failure::Internal(format!("no window can be opened: {reason}; draw into a file with --headless OUT.png"))
 }
 
-/// What the command line says.
+/// Options of the window, from the command line.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// What to open first.
+    /// File to open first.
     pub open: Option<PathBuf>,
-    /// Which driver draws.
+    /// Backend that draws.
     pub backend: Backend,
-    /// How to draw.
+    /// Settings of the view at the start.
     pub settings: Settings,
     /// Write what happens, one JSON object a line.
     pub log: Option<PathBuf>,
 }
 
-/// Something happened in the background.
+/// Event that wakes the window: something happened in the background.
 #[derive(Clone, Copy, Debug)]
-struct News;
+struct BackgroundEvent;
 
 /// Opens the window and runs until it is closed.
 pub fn run(options: Options) -> Result<(), Failure> {
     // Work in the background shares the cores with the window, which comes first.
     let _ = rayon::ThreadPoolBuilder::new().start_handler(|_| jobs::lower_priority()).build_global();
-    let event_loop = EventLoop::<News>::with_user_event().build().map_err(no_window)?;
-    let mut shell = Shell::new(options, event_loop.create_proxy())?;
-    event_loop.run_app(&mut shell).map_err(no_window)?;
-    shell.failed.map_or(Ok(()), Err)
+    let event_loop = EventLoop::<BackgroundEvent>::with_user_event().build().map_err(no_window)?;
+    let mut window_app = WindowApp::new(options, event_loop.create_proxy())?;
+    event_loop.run_app(&mut window_app).map_err(no_window)?;
+    window_app.failed.map_or(Ok(()), Err)
 }
 
-struct Shell {
+struct WindowApp {
     options: Options,
     app: App,
-    session: Session,
+    ui_state: UiState,
     log: Log,
-    proxy: EventLoopProxy<News>,
+    proxy: EventLoopProxy<BackgroundEvent>,
     open: Option<Open>,
     failed: Option<Failure>,
 }
 
-/// What there is while there is a window.
+/// Resources that exist while the window is open.
 struct Open {
     window: Arc<Window>,
     context: egui::Context,
     input: egui_winit::State,
-    screen: Screen,
-    stage: Stage,
-    /// When to draw again although nothing happens.
+    surface: WindowSurface,
+    targets: ViewportTargets,
+    /// Time at which to draw again although nothing happens.
     again: Option<Instant>,
 }
 
-impl Shell {
-    fn new(options: Options, proxy: EventLoopProxy<News>) -> Result<Self, Failure> {
+impl WindowApp {
+    fn new(options: Options, proxy: EventLoopProxy<BackgroundEvent>) -> Result<Self, Failure> {
         let log = Log::open(options.log.as_deref())?;
-        let remembered = remembered::place().map(|place| Remembered::load(&place)).unwrap_or_default();
-        let mut app = App::new(&wake(&proxy), remembered);
+        let window_state = window_state::path().map(|path| WindowState::load(&path)).unwrap_or_default();
+        let mut app = App::new(&wake(&proxy), window_state);
         app.choices.view = options.settings.clone();
-        let session = Session { panel_hidden: app.remembered.panel_hidden, ..Session::default() };
-        Ok(Self { options, app, session, log, proxy, open: None, failed: None })
+        let ui_state = UiState { panel_hidden: app.window_state.panel_hidden, ..UiState::default() };
+        Ok(Self { options, app, ui_state, log, proxy, open: None, failed: None })
     }
 
     fn open_window(&self, event_loop: &ActiveEventLoop) -> Result<Open, Failure> {
-        let [width, height] = self.app.remembered.size.unwrap_or([1280.0, 800.0]);
+        let [width, height] = self.app.window_state.size.unwrap_or([1280.0, 800.0]);
         let attributes = Window::default_attributes()
             .with_title("planish")
             .with_inner_size(LogicalSize::new(width, height))
             .with_min_inner_size(LogicalSize::new(480.0, 320.0))
-            .with_maximized(self.app.remembered.maximised);
+            .with_maximized(self.app.window_state.maximised);
         let window = event_loop.create_window(attributes).map_err(no_window)?;
         self.open_on(Arc::new(window), event_loop)
     }
 
-    /// What draws in a window. Nothing of it outlives its graphics device.
+    /// Opens everything that draws in a window. None of it outlives its graphics device.
     fn open_on(&self, window: Arc<Window>, event_loop: &ActiveEventLoop) -> Result<Open, Failure> {
-        let (screen, gpu) = Screen::new(&window, event_loop, self.options.backend)?;
-        let stage = Stage::new(gpu, &wake(&self.proxy));
+        let (surface, gpu) = WindowSurface::new(&window, event_loop, self.options.backend)?;
+        let targets = ViewportTargets::new(gpu, &wake(&self.proxy));
         let context = egui::Context::default();
         panel::style(&context);
-        let side = stage.largest_texture();
+        let side = targets.largest_texture();
         let theme = window.theme();
         let input = egui_winit::State::new(context.clone(), egui::ViewportId::ROOT, &*window, None, theme, Some(side));
-        Ok(Open { window, context, input, screen, stage, again: None })
+        Ok(Open { window, context, input, surface, targets, again: None })
     }
 
     /// Begins anew on another device: drivers are updated, cards are pulled out and notebooks wake up.
     fn replace_device(&mut self, event_loop: &ActiveEventLoop) {
-        let Some(Open { window, screen, .. }) = self.open.take() else { return };
+        let Some(Open { window, surface, .. }) = self.open.take() else { return };
         // A window has one surface at a time.
-        drop(screen);
+        drop(surface);
         match self.open_on(Arc::clone(&window), event_loop) {
-            Ok(open) if !open.stage.is_lost() => {
+            Ok(open) if !open.targets.is_lost() => {
                 self.app.say(MessageKind::Warning, "the graphics device was lost and has been replaced");
-                self.session.forget_device();
+                self.ui_state.forget_device();
                 self.open = Some(open);
                 window.request_redraw();
             }
-            Ok(open) => self.fail(event_loop, Failure::internal(NoGpu::Lost { adapter: open.stage.adapter() })),
+            Ok(open) => self.fail(event_loop, Failure::internal(NoGpu::Lost { adapter: open.targets.adapter() })),
             Err(e) => self.fail(event_loop, e),
         }
     }
@@ -141,55 +141,55 @@ impl Shell {
         event_loop.exit();
     }
 
-    /// One frame.
+    /// Draws one frame.
     fn draw(&mut self, event_loop: &ActiveEventLoop) {
-        if self.open.as_ref().is_some_and(|open| open.stage.is_lost()) {
+        if self.open.as_ref().is_some_and(|open| open.targets.is_lost()) {
             return self.replace_device(event_loop);
         }
-        let Self { app, session, log, open: Some(open), .. } = self else { return };
+        let Self { app, ui_state, log, open: Some(open), .. } = self else { return };
         let start = Instant::now();
         let is_pressed = open.context.input(|i| i.pointer.any_down());
         open.again = app.tick(start, if is_pressed { Gesture::Ongoing } else { Gesture::None });
         let input = open.input.take_egui_input(&open.window);
-        open.stage.follow(app);
-        session.pictures = open.stage.pictures();
-        session.showing = open.stage.status();
-        let output = open.context.run_ui(input, |ui| panel::show(ui, app, session));
+        open.targets.follow(app);
+        ui_state.pictures = open.targets.pictures();
+        ui_state.showing = open.targets.status();
+        let output = open.context.run_ui(input, |ui| panel::show(ui, app, ui_state));
         open.input.handle_platform_output_with_event_loop(&open.window, event_loop, output.platform_output);
-        let drawn = session
+        let drawn = ui_state
             .view
-            .map_or(0, |view| open.stage.draw(&mut open.screen, app, session, view, output.pixels_per_point));
+            .map_or(0, |view| open.targets.draw(&mut open.surface, app, ui_state, view, output.pixels_per_point));
         let triangles = open.context.tessellate(output.shapes, output.pixels_per_point);
-        let waited = open.screen.paint(&triangles, output.textures_delta, output.pixels_per_point);
-        for complaint in open.stage.complaints() {
-            app.say(MessageKind::Error, format!("the graphics driver: {complaint}"));
+        let waited = open.surface.paint(&triangles, output.textures_delta, output.pixels_per_point);
+        for error in open.targets.validation_errors() {
+            app.say(MessageKind::Error, format!("the graphics driver: {error}"));
         }
         let delay = output.viewport_output.get(&egui::ViewportId::ROOT).map_or(Duration::MAX, |v| v.repaint_delay);
         if let Some(then) = start.checked_add(delay) {
             open.again = Some(open.again.map_or(then, |other| other.min(then)));
         }
         log.frame(start.elapsed(), waited, drawn, app);
-        log.state(app, session, output.pixels_per_point);
+        log.state(app, ui_state, output.pixels_per_point);
         self.act(event_loop);
     }
 
     /// Does what the panel asked for and cannot do itself.
     fn act(&mut self, event_loop: &ActiveEventLoop) {
-        let Self { app, session, open: Some(open), .. } = self else { return };
-        for action in std::mem::take(&mut session.actions) {
+        let Self { app, ui_state, open: Some(open), .. } = self else { return };
+        for action in std::mem::take(&mut ui_state.actions) {
             match action {
                 Action::Quit => event_loop.exit(),
                 Action::Copy(text) => open.context.copy_text(text),
                 Action::Screenshot => {
-                    let (Some(document), Some(draw)) = (app.document(), open.stage.drawer()) else { continue };
-                    let (path, settings) = (pictures::screenshot(&document.mesh), for_file(&app.choices.view));
-                    app.draw(move |_| Ok(vec![pictures::save(&draw(&settings)?, &path)?]));
+                    let (Some(document), Some(draw)) = (app.document(), open.targets.drawer()) else { continue };
+                    let (path, settings) = (capture::screenshot(&document.mesh), for_file(&app.choices.view));
+                    app.draw(move |_| Ok(vec![capture::save(&draw(&settings)?, &path)?]));
                 }
                 Action::Turntable(count) => {
-                    let (Some(document), Some(draw)) = (app.document(), open.stage.drawer()) else { continue };
-                    let folder = pictures::turntable_folder(&document.mesh);
+                    let (Some(document), Some(draw)) = (app.document(), open.targets.drawer()) else { continue };
+                    let folder = capture::turntable_folder(&document.mesh);
                     let settings = for_file(&app.choices.view);
-                    app.draw(move |ticket| pictures::turntable(&settings, count, &folder, draw, ticket));
+                    app.draw(move |ticket| capture::turntable(&settings, count, &folder, draw, ticket));
                 }
             }
             open.window.request_redraw();
@@ -199,15 +199,15 @@ impl Shell {
     fn remember(&mut self) {
         let Some(open) = &self.open else { return };
         let size: LogicalSize<f32> = open.window.inner_size().to_logical(open.window.scale_factor());
-        let remembered = &mut self.app.remembered;
-        remembered.maximised = open.window.is_maximized();
-        if !remembered.maximised {
-            remembered.size = Some([size.width, size.height]);
+        let window_state = &mut self.app.window_state;
+        window_state.maximised = open.window.is_maximized();
+        if !window_state.maximised {
+            window_state.size = Some([size.width, size.height]);
         }
-        remembered.panel_hidden = self.session.panel_hidden;
-        if let Some(place) = remembered::place() {
+        window_state.panel_hidden = self.ui_state.panel_hidden;
+        if let Some(path) = window_state::path() {
             // The window is closing: nobody would read a complaint, and nothing of the user's is lost.
-            let _ = remembered.save(&place);
+            let _ = window_state.save(&path);
         }
     }
 }
@@ -218,11 +218,11 @@ fn for_file(view: &Settings) -> Settings {
     Settings { supersampling, ..view.clone() }
 }
 
-fn wake(proxy: &EventLoopProxy<News>) -> Wake {
+fn wake(proxy: &EventLoopProxy<BackgroundEvent>) -> Wake {
     let proxy = proxy.clone();
     Arc::new(move || {
         // A loop that has ended needs no news.
-        let _ = proxy.send_event(News);
+        let _ = proxy.send_event(BackgroundEvent);
     })
 }
 
@@ -231,17 +231,17 @@ fn take(app: &mut App, purpose: FilePurpose, path: &Path) {
     let is_mesh = document::kind(path) == Some(document::Kind::Mesh);
     match purpose {
         FilePurpose::Clean if is_mesh => app.compare_with(path),
-        FilePurpose::Target if is_mesh => app.choices.recipe.target = Some(path.to_owned()),
-        FilePurpose::Mask if !is_mesh => app.choices.recipe.limits.mask = Some(path.to_owned()),
+        FilePurpose::Target if is_mesh => app.choices.bake_config.target = Some(path.to_owned()),
+        FilePurpose::Mask if !is_mesh => app.choices.bake_config.limits.mask = Some(path.to_owned()),
         FilePurpose::Environment => {
-            let Ok(source) = crate::environment::file::parse_source(&path.to_string_lossy());
+            let Ok(source) = crate::environment::parse_source(&path.to_string_lossy());
             app.choices.view.environment.get_or_insert_default().source = source;
         }
         _ => app.open(path),
     }
 }
 
-impl ApplicationHandler<News> for Shell {
+impl ApplicationHandler<BackgroundEvent> for WindowApp {
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
         if self.open.is_some() {
             return;
@@ -258,7 +258,7 @@ impl ApplicationHandler<News> for Shell {
         }
     }
 
-    fn user_event(&mut self, _: &ActiveEventLoop, _: News) {
+    fn user_event(&mut self, _: &ActiveEventLoop, _: BackgroundEvent) {
         if let Some(open) = &self.open {
             open.window.request_redraw();
         }
@@ -276,7 +276,7 @@ impl ApplicationHandler<News> for Shell {
         }
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
-            WindowEvent::Resized(size) => open.screen.resize(size),
+            WindowEvent::Resized(size) => open.surface.resize(size),
             WindowEvent::DroppedFile(path) => take(&mut self.app, FilePurpose::Open, &path),
             _ => {}
         }

@@ -15,7 +15,7 @@ pub struct CubeMap {
     texels: Vec<Vec3>,
 }
 
-/// Direction (not of unit length) of a place on a face: s right, t down, both −1..1; beyond that on its plane.
+/// Direction (not of unit length) of a position on a face: s right, t down, both −1..1; beyond that on its plane.
 fn direction_from_face(face: usize, Vec2 { x: s, y: t }: Vec2) -> Vec3 {
     match face {
         0 => Vec3::new(1.0, -t, -s),
@@ -27,7 +27,7 @@ fn direction_from_face(face: usize, Vec2 { x: s, y: t }: Vec2) -> Vec3 {
     }
 }
 
-/// Face and place of a direction of any length, the inverse of [`direction_from_face`].
+/// Face and position of a direction of any length, the inverse of [`direction_from_face`].
 fn face_from_direction(d: Vec3) -> (usize, Vec2) {
     let size = d.abs();
     let (face, right, down, ahead) = if size.x >= size.y && size.x >= size.z {
@@ -42,7 +42,7 @@ fn face_from_direction(d: Vec3) -> (usize, Vec2) {
     (face, Vec2::new(right, down) / ahead)
 }
 
-/// Why pictures are not the faces of a cube.
+/// Error of six pictures that are not the faces of a cube.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the faces of a cube must be squares of one size, and not empty")]
 pub struct FaceError;
@@ -79,15 +79,15 @@ impl CubeMap {
         Self::averaged(size, finer, |d| map.at(d))
     }
 
-    /// Mean of `per_side`² places in each texel.
+    /// Mean of `per_side`² positions in each texel.
     fn averaged(size: usize, per_side: usize, radiance: impl Fn(Vec3) -> Vec3 + Sync) -> Self {
         let fine = size * per_side;
         let share = 1.0 / (per_side * per_side) as f32;
         let texel = |i: usize| {
             let (face, row, column) = (i / (size * size), i / size % size, i % size);
-            let places =
+            let positions =
                 (0..per_side * per_side).map(|k| (row * per_side + k / per_side, column * per_side + k % per_side));
-            let sum: Vec3 = places
+            let sum: Vec3 = positions
                 .map(|(row, column)| radiance(texel_direction(fine, (face * fine + row) * fine + column).normalize()))
                 .sum();
             share * sum
@@ -95,28 +95,28 @@ impl CubeMap {
         Self { size, texels: (0..6 * size * size).into_par_iter().map(texel).collect() }
     }
 
-    /// The same sphere with faces of another size: averaged where they get smaller.
+    /// Resamples the cube map to faces of another size; texels are averaged where the faces get smaller.
     pub fn resized(&self, size: usize) -> Self {
         Self::averaged(size, self.size.div_ceil(size).clamp(1, 8), |d| self.at(d))
     }
 
-    /// Half the size, each texel the mean of four.
+    /// Halves the size of the faces; each texel is the mean of four.
     pub fn halved(&self) -> Self {
         let half = (self.size / 2).max(1);
         if half == self.size { self.clone() } else { self.resized(half) }
     }
 
-    /// Texels along a side.
+    /// Returns the number of texels along a side of a face.
     pub fn size(&self) -> usize {
         self.size
     }
 
-    /// Linear RGB: face by face, row by row.
+    /// Returns all texels, linear RGB: face by face, row by row.
     pub fn texels(&self) -> &[Vec3] {
         &self.texels
     }
 
-    /// Directions to the middle of each texel (unit) with its radiance and its steradians.
+    /// Iterates over the texels: unit direction to the centre, radiance and solid angle in steradians.
     pub fn parts(&self) -> impl Iterator<Item = (Vec3, Vec3, f64)> {
         let size = self.size;
         self.texels.iter().enumerate().map(move |(i, &radiance)| {
@@ -125,10 +125,10 @@ impl CubeMap {
         })
     }
 
-    /// What comes from a direction of any length: bilinear between texel centres, across edges too.
+    /// Returns the radiance from a direction of any length: bilinear between texel centres, across edges too.
     pub fn at(&self, direction: Vec3) -> Vec3 {
-        let (face, place) = face_from_direction(direction);
-        let p = (0.5 * place + 0.5) * self.size as f32 - 0.5;
+        let (face, position) = face_from_direction(direction);
+        let p = (0.5 * position + 0.5) * self.size as f32 - 0.5;
         let low = p.floor();
         let weight = p - low;
         let corner = |dx: f32, dy: f32| self.texel(face, low + Vec2::new(dx, dy));
@@ -144,24 +144,24 @@ impl CubeMap {
         if texel.min_element() >= 0.0 && texel.max_element() <= last {
             return self.texels[index(face, texel)];
         }
-        let place = (texel + 0.5) / self.size as f32 * 2.0 - 1.0;
-        let (face, place) = face_from_direction(direction_from_face(face, place));
-        let nearest = ((0.5 * place + 0.5) * self.size as f32).floor().clamp(Vec2::ZERO, Vec2::splat(last));
+        let position = (texel + 0.5) / self.size as f32 * 2.0 - 1.0;
+        let (face, position) = face_from_direction(direction_from_face(face, position));
+        let nearest = ((0.5 * position + 0.5) * self.size as f32).floor().clamp(Vec2::ZERO, Vec2::splat(last));
         self.texels[index(face, nearest)]
     }
 }
 
 /// Direction (not of unit length) to the middle of a texel.
 fn texel_direction(size: usize, texel: usize) -> Vec3 {
-    let place = |i: usize| (i as f32 + 0.5) / size as f32 * 2.0 - 1.0;
-    direction_from_face(texel / (size * size), Vec2::new(place(texel % size), place(texel / size % size)))
+    let position = |i: usize| (i as f32 + 0.5) / size as f32 * 2.0 - 1.0;
+    direction_from_face(texel / (size * size), Vec2::new(position(texel % size), position(texel / size % size)))
 }
 
 /// Steradians of a texel: differences of the angle atan(xy/√(x² + y² + 1)) of the rectangle from the middle to (x, y).
 fn solid_angle(size: usize, row: usize, column: usize) -> f64 {
     let corner = |row: usize, column: usize| {
-        let place = |i: usize| 2.0 * i as f64 / size as f64 - 1.0;
-        let (x, y) = (place(column), place(row));
+        let position = |i: usize| 2.0 * i as f64 / size as f64 - 1.0;
+        let (x, y) = (position(column), position(row));
         (x * y).atan2((x * x + y * y + 1.0).sqrt())
     };
     corner(row, column) - corner(row, column + 1) - corner(row + 1, column) + corner(row + 1, column + 1)
@@ -175,9 +175,12 @@ mod tests {
     #[test]
     fn places_on_faces_and_directions_are_inverse() {
         for face in 0..6 {
-            for place in [Vec2::ZERO, Vec2::new(0.9, -0.3), Vec2::new(-0.2, 0.7)] {
-                let (found_face, found) = face_from_direction(3.0 * direction_from_face(face, place));
-                assert!(found_face == face && found.abs_diff_eq(place, 1e-6), "{face} {place}: {found_face} {found}");
+            for position in [Vec2::ZERO, Vec2::new(0.9, -0.3), Vec2::new(-0.2, 0.7)] {
+                let (found_face, found) = face_from_direction(3.0 * direction_from_face(face, position));
+                assert!(
+                    found_face == face && found.abs_diff_eq(position, 1e-6),
+                    "{face} {position}: {found_face} {found}"
+                );
             }
         }
     }

@@ -15,7 +15,7 @@ pub struct Equirect {
     texels: Vec<Vec3>,
 }
 
-/// Place of a unit direction in the picture: u right, v *down*, both 0..1.
+/// Position of a unit direction in the picture: u right, v *down*, both 0..1.
 pub fn uv_from_direction(direction: Vec3) -> Vec2 {
     let longitude = direction.x.atan2(direction.z);
     // acos(y) loses half of the digits near the poles; this form does not.
@@ -23,7 +23,7 @@ pub fn uv_from_direction(direction: Vec3) -> Vec2 {
     Vec2::new(0.5 + longitude / TAU, from_zenith / PI)
 }
 
-/// Unit direction of a place in the picture, the inverse of [`uv_from_direction`].
+/// Unit direction of a position in the picture; inverse of [`uv_from_direction`].
 pub fn direction_from_uv(uv: Vec2) -> Vec3 {
     let (sin_longitude, cos_longitude) = ((uv.x - 0.5) * TAU).sin_cos();
     let (sin, cos) = (uv.y * PI).sin_cos();
@@ -51,12 +51,12 @@ impl Equirect {
         Vec2::new((column as f32 + 0.5) / width as f32, (row as f32 + 0.5) / height as f32)
     }
 
-    /// Columns.
+    /// Returns the number of columns.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Rows.
+    /// Returns the number of rows.
     pub fn height(&self) -> usize {
         self.height
     }
@@ -66,7 +66,7 @@ impl Equirect {
         &self.texels
     }
 
-    /// What comes from a direction: bilinear between texel centres, around the picture's left and right edge.
+    /// Returns the radiance from a direction: bilinear between texel centres, and wrapped around at the left and right edge.
     pub fn at(&self, direction: Vec3) -> Vec3 {
         let p = uv_from_direction(direction) * Vec2::new(self.width as f32, self.height as f32) - 0.5;
         let low = p.floor();
@@ -80,7 +80,7 @@ impl Equirect {
         top.lerp(bottom, weight.y)
     }
 
-    /// Steradians of one texel in a row: 2π/W · (cos θ₀ − cos θ₁), θ from the zenith.
+    /// Returns the solid angle of one texel in a row, steradians: 2π/W · (cos θ₀ − cos θ₁), θ from the zenith.
     pub fn solid_angle(&self, row: usize) -> f64 {
         let cos = |row: usize| (row as f64 / self.height as f64 * std::f64::consts::PI).cos();
         std::f64::consts::TAU / self.width as f64 * (cos(row) - cos(row + 1))

@@ -29,7 +29,7 @@ fn basis(d: DVec3) -> [f64; 9] {
     ]
 }
 
-/// What the cosine lobe leaves of orders 0 to 2 (equation 8).
+/// Factors by which the cosine lobe attenuates orders 0 to 2 (equation 8).
 const LOBE: [f64; 9] = {
     let (first, second) = (2.0 * PI / 3.0, PI / 4.0);
     [PI, first, first, first, second, second, second, second, second]

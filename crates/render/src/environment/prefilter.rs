@@ -1,4 +1,4 @@
-//! What rough mirrors show: the environment blurred with wider and wider lobes, one level of detail each.
+//! Mirror images on rough surfaces: the environment blurred with wider and wider lobes, one level of detail each.
 //!
 //! Bruce Walter, Stephen Marschner, Hongsong Li, Kenneth Torrance. Microfacet models for refraction through rough
 //! surfaces. EGSR 2007 (the lobe, GGX). Brian Karis. Real shading in Unreal Engine 4. SIGGRAPH courses 2013 (one lobe for
@@ -9,7 +9,7 @@ use super::cube::CubeMap;
 use glam::{Quat, Vec3};
 use std::f32::consts::{PI, TAU};
 
-/// Texels along a side of the last level.
+/// Number of texels along a side of the last level.
 const SMALLEST: usize = 8;
 
 /// Levels of detail of roughness 0, …, 1 in even steps, each half the size of the one before.
@@ -33,7 +33,7 @@ pub fn levels(environment: CubeMap) -> Vec<CubeMap> {
 struct Sample {
     direction: Vec3,
     weight: f32,
-    /// Which of the means to look it up in.
+    /// Level of detail of the mean radiance that the sample is looked up in.
     level: f32,
 }
 
@@ -72,8 +72,8 @@ fn blurred(means: &[CubeMap], lobe: &[Sample], size: usize) -> CubeMap {
         finer.at(direction).lerp(coarser.at(direction), level.fract())
     };
     CubeMap::from_fn(size, |normal| {
-        let turn = Quat::from_rotation_arc(Vec3::Z, normal);
-        lobe.iter().map(|s| s.weight * mean(turn * s.direction, s.level)).sum()
+        let rotation = Quat::from_rotation_arc(Vec3::Z, normal);
+        lobe.iter().map(|s| s.weight * mean(rotation * s.direction, s.level)).sum()
     })
 }
 

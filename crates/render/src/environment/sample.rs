@@ -18,7 +18,7 @@ impl Surroundings {
 
 /// An environment turned to the camera of a picture. Twin of `shaders/environment.wgsl`.
 #[derive(Clone, Debug)]
-pub(crate) struct Around<'a> {
+pub(crate) struct EnvironmentSampler<'a> {
     pub(crate) surroundings: &'a Surroundings,
     pub(crate) environment: &'a Environment,
     pub(crate) environment_from_world: Mat3,
@@ -26,7 +26,7 @@ pub(crate) struct Around<'a> {
     pub(crate) rays: Mat3,
 }
 
-impl<'a> Around<'a> {
+impl<'a> EnvironmentSampler<'a> {
     /// Turns an environment; `None` where there is none, or the settings want none.
     pub(crate) fn new(
         environment: Option<&'a Environment>,
@@ -115,13 +115,13 @@ mod tests {
             for (rotation, expected) in [(0.0, Vec3::Z), (90.0, Vec3::NEG_X)] {
                 let (environment, settings) = (directions(), at_yaw_0(up, rotation));
                 let view = settings.camera.view(Sphere::default(), 1.5);
-                let around = Around::new(Some(&environment), &settings, &view, 1.5).unwrap();
-                let found = around.background(Vec2::ZERO).unwrap();
+                let sampler = EnvironmentSampler::new(Some(&environment), &settings, &view, 1.5).unwrap();
+                let found = sampler.background(Vec2::ZERO).unwrap();
                 assert!(found.abs_diff_eq(0.5 + 0.5 * expected, 0.01), "{up:?} {rotation}: {found}");
                 let (above, _) = settings.camera.axes();
-                let found = around.background(Vec2::Y).unwrap();
+                let found = sampler.background(Vec2::Y).unwrap();
                 assert!(found.y > 0.6, "{up:?}: what is above is above: {found}");
-                let lit = around.ambient(above).unwrap();
+                let lit = sampler.ambient(above).unwrap();
                 assert!(lit.abs_diff_eq(Vec3::new(0.5, 0.5 + 1.0 / 3.0, 0.5), 0.01), "{up:?}: {lit}");
             }
         }
@@ -131,11 +131,11 @@ mod tests {
     fn a_mirror_that_faces_the_eye_shows_what_is_behind_it() {
         let (environment, settings) = (directions(), at_yaw_0(UpAxis::Y, 0.0));
         let view = settings.camera.view(Sphere::default(), 1.0);
-        let around = Around::new(Some(&environment), &settings, &view, 1.0).unwrap();
-        let seen = around.mirroring(Vec3::ZERO, Vec3::Z, Vec3::Z);
+        let sampler = EnvironmentSampler::new(Some(&environment), &settings, &view, 1.0).unwrap();
+        let seen = sampler.mirroring(Vec3::ZERO, Vec3::Z, Vec3::Z);
         assert!(seen.abs_diff_eq(Vec3::new(0.5, 0.5, 0.0), 0.01), "{seen}");
         let tilted = Vec3::new(1.0, 0.0, 1.0).normalize();
-        let seen = around.mirroring(Vec3::ZERO, tilted, Vec3::Z);
+        let seen = sampler.mirroring(Vec3::ZERO, tilted, Vec3::Z);
         assert!(seen.abs_diff_eq(Vec3::new(1.0, 0.5, 0.5), 0.01), "{seen}");
     }
 }

@@ -4,7 +4,7 @@ mod desert;
 mod ice;
 
 use super::equirect::Equirect;
-use super::noise::fractal;
+use super::gradient_noise::fractal;
 use super::sky::Sky;
 use super::terrain::{Landscape, panorama};
 use glam::{Vec2, Vec3};
@@ -14,9 +14,9 @@ pub use crate::settings::environment::Scene;
 /// A disc of light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sun {
-    /// Unit, towards it.
+    /// Unit direction towards the sun.
     pub direction: Vec3,
-    /// On a surface that faces it, linear RGB.
+    /// Irradiance of a surface that faces the sun, linear RGB.
     pub irradiance: Vec3,
 }
 
@@ -34,7 +34,7 @@ impl Sun {
 }
 
 impl Scene {
-    /// What is seen all around, without the sun's disc, and the sun.
+    /// Draws the panorama without the sun's disc, and returns the sun beside it.
     pub fn draw(self, height: usize) -> (Equirect, Sun) {
         match self {
             Self::Desert => draw(&desert::Desert::new(), height, |d| &d.sky),
@@ -54,19 +54,19 @@ fn to_sun(azimuth: f32, elevation: f32) -> Vec3 {
     Vec3::new(azimuth.sin() * elevation.cos(), elevation.sin(), azimuth.cos() * elevation.cos())
 }
 
-/// How much of the sky thin clouds cover, 0..1.
+/// Fraction of the sky that thin clouds cover in a direction, 0..1.
 fn cirrus(direction: Vec3, amount: f32, seed: u32) -> f32 {
     // On a flat layer of cloud, far away near the horizon.
     let height = direction.y.max(0.0) + 0.06;
-    let place = Vec2::new(direction.x, direction.z) / height;
-    let drift = place
+    let position = Vec2::new(direction.x, direction.z) / height;
+    let drift = position
         + 0.7
             * Vec2::new(
-                fractal(0.6 * place, 3, 0.02 / height, seed),
-                fractal(0.6 * place + 9.0, 3, 0.02 / height, seed),
+                fractal(0.6 * position, 3, 0.02 / height, seed),
+                fractal(0.6 * position + 9.0, 3, 0.02 / height, seed),
             );
     let strands = fractal(Vec2::new(0.5 * drift.x, 1.6 * drift.y), 6, 0.02 / height, seed + 17);
-    let patches = 0.5 + fractal(0.35 * place, 2, 0.0, seed + 31);
+    let patches = 0.5 + fractal(0.35 * position, 2, 0.0, seed + 31);
     smoothstep(0.05, 0.75, strands + patches - 0.65 + amount) * smoothstep(0.01, 0.2, direction.y)
 }
 

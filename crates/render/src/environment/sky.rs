@@ -8,7 +8,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::{FRAC_PI_2, PI};
 
-/// Metres.
+/// Radius of the earth, metres.
 const EARTH: f32 = 6_360e3;
 const TOP: f32 = 6_420e3;
 /// Per metre at sea level, red, green, blue.
@@ -17,7 +17,7 @@ const MIE: f32 = 21e-6;
 /// Heights in which the air gets thinner by e, metres.
 const RAYLEIGH_HEIGHT: f32 = 8_000.0;
 const MIE_HEIGHT: f32 = 1_200.0;
-/// Haze scatters forwards.
+/// Asymmetry of Mie scattering: haze scatters forwards.
 const ASYMMETRY: f32 = 0.76;
 /// Table entries over azimuth from the sun, 0..π, and elevation, 0..π/2.
 const COLUMNS: usize = 64;
@@ -26,7 +26,7 @@ const ROWS: usize = 48;
 /// A sky, tabulated by azimuth from the sun and by elevation.
 #[derive(Clone, Debug)]
 pub(super) struct Sky {
-    /// Unit, towards the sun.
+    /// Unit direction towards the sun.
     pub(super) to_sun: Vec3,
     /// Irradiance of the sun on a surface that faces it, in the units of the sky's radiance.
     pub(super) sun: Vec3,
@@ -65,13 +65,13 @@ impl Sky {
 
     /// Irradiance over π of the sky alone on level ground.
     pub(super) fn ambient(&self) -> Vec3 {
-        let places = (0..16 * 64).map(|i| {
+        let positions = (0..16 * 64).map(|i| {
             // Even in the measure cos θ dω.
             let (r, azimuth) = (((i / 64) as f32 + 0.5) / 16.0, (i % 64) as f32 / 64.0 * std::f32::consts::TAU);
             let flat = r.sqrt();
             Vec3::new(flat * azimuth.sin(), (1.0 - r).sqrt(), flat * azimuth.cos())
         });
-        places.map(|d| self.at(d)).sum::<Vec3>() / (16.0 * 64.0)
+        positions.map(|d| self.at(d)).sum::<Vec3>() / (16.0 * 64.0)
     }
 }
 
@@ -80,7 +80,7 @@ struct Air {
     sun: f32,
 }
 
-/// Metres along a ray to the sphere of this radius about the earth's middle, from inside of it.
+/// Distance along a ray to the sphere of this radius about the earth's centre, from inside of it, metres.
 fn to_sphere(origin: Vec3, direction: Vec3, radius: f32) -> f32 {
     // In units of the radius: squares of metres would lose what matters.
     let (o, b) = (origin / radius, origin.dot(direction) / radius);
@@ -88,25 +88,25 @@ fn to_sphere(origin: Vec3, direction: Vec3, radius: f32) -> f32 {
 }
 
 impl Air {
-    /// Density of both kinds of air at a place, relative to sea level.
-    fn density(place: Vec3) -> Vec2 {
-        let height = (place.length() - EARTH).max(0.0);
+    /// Density of both kinds of air at a position, relative to sea level.
+    fn density(position: Vec3) -> Vec2 {
+        let height = (position.length() - EARTH).max(0.0);
         Vec2::new((-height / RAYLEIGH_HEIGHT).exp(), (-height / MIE_HEIGHT).exp())
     }
 
-    /// What is left of light after so much air.
+    /// Transmittance of an optical depth of air.
     fn transmittance(&self, depth: Vec2) -> Vec3 {
         // Haze absorbs a tenth of what it scatters.
         (-(RAYLEIGH * depth.x + 1.1 * MIE * self.haze * depth.y)).exp()
     }
 
-    /// Irradiance of the sun at a place; none in the earth's shadow.
-    fn sunlight(&self, place: Vec3, to_sun: Vec3) -> Option<Vec3> {
+    /// Irradiance of the sun at a position; none in the earth's shadow.
+    fn sunlight(&self, position: Vec3, to_sun: Vec3) -> Option<Vec3> {
         const STEPS: usize = 16;
-        let step = to_sphere(place, to_sun, TOP) / STEPS as f32;
+        let step = to_sphere(position, to_sun, TOP) / STEPS as f32;
         let mut depth = Vec2::ZERO;
         for i in 0..STEPS {
-            let p = place + (i as f32 + 0.5) * step * to_sun;
+            let p = position + (i as f32 + 0.5) * step * to_sun;
             if p.length() < EARTH - 1.0 {
                 return None;
             }
@@ -124,9 +124,9 @@ impl Air {
             // Short steps near the eye, where the air is dense.
             let bound = |i: usize| reach * (i as f32 / STEPS as f32).powi(2);
             let (step, middle) = (bound(i + 1) - bound(i), 0.5 * (bound(i) + bound(i + 1)));
-            let place = eye + middle * direction;
-            let amount = step * Self::density(place);
-            if let Some(sun) = self.sunlight(place, to_sun) {
+            let position = eye + middle * direction;
+            let amount = step * Self::density(position);
+            if let Some(sun) = self.sunlight(position, to_sun) {
                 let light = sun * self.transmittance(depth + 0.5 * amount);
                 rayleigh += amount.x * light;
                 mie += amount.y * light;

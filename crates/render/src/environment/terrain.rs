@@ -1,4 +1,4 @@
-//! Looks around from a place above a landscape of heights.
+//! Looks around from a position above a landscape of heights.
 //!
 //! Column by column, outwards from the eye: the ground is seen where its elevation exceeds all that lies nearer, so that each
 //! column costs one walk, however many pixels it has.
@@ -7,7 +7,7 @@ use super::equirect::{Equirect, direction_from_uv};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-/// Where walks begin and end, metres.
+/// Distance at which walks begin, metres; they end at [`FAR`].
 const NEAR: f32 = 0.2;
 const FAR: f32 = 12e3;
 /// Steps of a walk; each is 1 % longer than the one before.
@@ -19,31 +19,31 @@ const PARTS: usize = 4;
 pub(super) trait Landscape: Sync {
     /// Height of the eye, metres.
     fn eye(&self) -> f32;
-    /// Height of the ground at a place, metres, without what is finer than `footprint` metres.
-    fn height(&self, place: Vec2, footprint: f32) -> f32;
-    /// Radiance of the ground at a place, seen along a unit direction from the eye.
-    fn ground(&self, place: Vec2, footprint: f32, direction: Vec3) -> Vec3;
+    /// Height of the ground at a position, metres, without what is finer than `footprint` metres.
+    fn height(&self, position: Vec2, footprint: f32) -> f32;
+    /// Radiance of the ground at a position, seen along a unit direction from the eye.
+    fn ground(&self, position: Vec2, footprint: f32, direction: Vec3) -> Vec3;
     /// Radiance of the sky.
     fn sky(&self, direction: Vec3) -> Vec3;
 }
 
 /// Unit normal of the ground.
-pub(super) fn normal(landscape: &impl Landscape, place: Vec2, footprint: f32) -> Vec3 {
+pub(super) fn normal(landscape: &impl Landscape, position: Vec2, footprint: f32) -> Vec3 {
     let step = footprint.max(4e-3);
-    let at = |x: f32, z: f32| landscape.height(place + Vec2::new(x, z), footprint);
+    let at = |x: f32, z: f32| landscape.height(position + Vec2::new(x, z), footprint);
     let here = at(0.0, 0.0);
     Vec3::new(here - at(step, 0.0), step, here - at(0.0, step)).normalize()
 }
 
-/// How much of the sun is seen from the ground: 0 in shadow, 1 in the open, between them at the rim.
-pub(super) fn sunlit(landscape: &impl Landscape, place: Vec2, to_sun: Vec3, footprint: f32) -> f32 {
+/// Fraction of the sun's disc that is visible from the ground: 0 in shadow, 1 in the open, between them in the penumbra.
+pub(super) fn sunlit(landscape: &impl Landscape, position: Vec2, to_sun: Vec3, footprint: f32) -> f32 {
     const STEPS: usize = 16;
     const REACH: f32 = 300.0;
     let flat = Vec2::new(to_sun.x, to_sun.z);
     let slope = to_sun.y / flat.length();
     let flat = flat.normalize();
     let first = footprint.max(0.3);
-    let start = landscape.height(place, first);
+    let start = landscape.height(position, first);
     let mut seen = 1.0f32;
     for step in 0..STEPS {
         if seen <= 0.0 {
@@ -51,7 +51,7 @@ pub(super) fn sunlit(landscape: &impl Landscape, place: Vec2, to_sun: Vec3, foot
         }
         let distance = first * (REACH / first).max(1.0).powf(step as f32 / (STEPS - 1) as f32);
         let clearance =
-            start + distance * slope - landscape.height(place + distance * flat, first.max(0.05 * distance));
+            start + distance * slope - landscape.height(position + distance * flat, first.max(0.05 * distance));
         // Twice the sun's disc, half a degree: air and sand scatter.
         seen = seen.min(0.5 + clearance / (0.02 * distance));
     }
@@ -68,7 +68,7 @@ pub(super) fn panorama(landscape: &impl Landscape, height: usize) -> Equirect {
     Equirect::new(width, texels).unwrap_or_else(|| Equirect::from_fn(1, |d| landscape.sky(d)))
 }
 
-/// From the zenith down.
+/// Draws one column of the panorama, from the zenith down.
 fn draw_column(landscape: &impl Landscape, column: usize, width: usize, height: usize) -> Vec<Vec3> {
     let u = (column as f32 + 0.5) / width as f32;
     let at = |part: usize| direction_from_uv(Vec2::new(u, (part as f32 + 0.5) / (height * PARTS) as f32));
@@ -115,17 +115,17 @@ fn walk(landscape: &impl Landscape, ahead: Vec2, height: usize) -> Vec<Option<f3
         let seen = (ground - drop - eye) / distance;
         while next > 0 && slope(next - 1) < seen {
             next -= 1;
-            let wanted = slope(next);
+            let target_slope = slope(next);
             let (near, nearer_slope) = before;
-            let share = if nearer_slope.is_finite() && nearer_slope < wanted {
-                (wanted - nearer_slope) / (seen - nearer_slope)
+            let share = if nearer_slope.is_finite() && nearer_slope < target_slope {
+                (target_slope - nearer_slope) / (seen - nearer_slope)
             } else {
                 1.0
             };
             // Below the first step the ground is level.
             let met =
                 if nearer_slope.is_finite() { near + share * (distance - near) } else { ground.min(eye - 0.1) - eye };
-            distances[next] = Some(if met < 0.0 { met / wanted } else { met });
+            distances[next] = Some(if met < 0.0 { met / target_slope } else { met });
         }
         before = (distance, seen);
     }

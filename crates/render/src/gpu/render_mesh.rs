@@ -11,26 +11,26 @@ use std::ops::Range;
 /// Bits of a corner that hold its wedge; above them two for the side and one for the texture. `WEDGE_BITS` in `shaders/surface.wgsl`.
 const WEDGE_BITS: u32 = 28;
 
-/// What the buffers of bind group 2 hold.
+/// Contents of the buffers of bind group 2.
 pub(crate) struct RenderMesh {
-    /// #V
+    /// One entry per vertex, #V.
     pub(crate) vertices: Vec<Vertex>,
-    /// #V
+    /// One entry per vertex, #V.
     pub(crate) extras: Vec<Extra>,
-    /// Distinct combinations of vertex, normal, texture coordinate and frame.
+    /// Distinct combinations of vertex, normal, texture coordinate and tangent frame.
     pub(crate) wedges: Vec<Wedge>,
-    /// #T×3, triangles of one texture together.
+    /// Corners of the triangles, #T×3; triangles of one texture are contiguous.
     pub(crate) corners: Vec<u32>,
-    /// Corners of each texture.
+    /// Ranges of corners that share a texture.
     pub(crate) runs: Vec<Run>,
-    /// Where each ring begins, and then the triangles around the vertices; see `shaders/normals.wgsl`.
+    /// Start index of each ring, then the triangles around the vertices; see `shaders/normals.wgsl`.
     pub(crate) rings: Vec<u32>,
 }
 
 /// Corners that are drawn with one texture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Run {
-    /// Place in the scene's list.
+    /// Index of the texture in the scene's list; none where the triangles have none.
     pub(crate) texture: Option<u32>,
     pub(crate) corners: Range<u32>,
 }
@@ -67,8 +67,8 @@ impl RenderMesh {
             }
         }
         let runs = runs(order.iter().map(texture));
-        let rings = scene.relief.as_ref().map_or_else(Vec::new, |relief| {
-            let (rings, count) = (&relief.rings, mesh.positions.len() as u32);
+        let rings = scene.displacement.as_ref().map_or_else(Vec::new, |binding| {
+            let (rings, count) = (&binding.rings, mesh.positions.len() as u32);
             let ends = (0..count).map(|v| rings.range(v).end as u32);
             let starts = std::iter::once(0).chain(ends).map(|pairs| count + 1 + 2 * pairs);
             starts.chain(rings.items().as_flattened().iter().copied()).collect()
@@ -101,8 +101,8 @@ fn vertex(scene: &Scene, v: usize) -> (Vertex, Extra) {
         has_number: if number.is_some() { 1.0 } else { 0.0 },
         ..Extra::default()
     };
-    if let Some(relief) = &scene.relief {
-        let of_map = &relief.vertices[v];
+    if let Some(binding) = &scene.displacement {
+        let of_map = &binding.vertices[v];
         vertex.normal = of_map.normal;
         extra.tangent = frame(of_map.tangent);
         match of_map.sample_at {
@@ -119,7 +119,7 @@ const NONE: u32 = u32::MAX;
 /// Wedges in the order in which they are met; those of a vertex are chained.
 struct Wedges {
     all: Vec<Wedge>,
-    /// #V
+    /// One entry per vertex, #V.
     first: Vec<u32>,
     next: Vec<u32>,
 }

@@ -11,14 +11,14 @@
 //! # Ok(()) }
 //! ```
 
-mod bindings;
+mod bind_groups;
 mod frame;
+mod gpu_scene;
 mod lighting;
-mod pictures;
 mod pipelines;
-mod uploaded;
+mod targets;
 
-pub use uploaded::Uploaded;
+pub use gpu_scene::GpuScene;
 
 use crate::colour::{linear_from_byte, pixel_from_linear};
 use crate::draw_parameters::derives_normals;
@@ -26,22 +26,22 @@ use crate::gpu::{DEPTH, FORMAT, Gpu, NoGpu};
 use crate::legend;
 use crate::scene::Scene;
 use crate::settings::{Displace, Settings, Size};
-use bindings::Layouts;
+use bind_groups::Layouts;
 use frame::Picture;
 use glam::{Vec3, Vec4};
 use image::RgbaImage;
 use lighting::Lighting;
-use pictures::Samplers;
 use pipelines::Pipelines;
 use rayon::prelude::*;
+use targets::Samplers;
 
-/// What is the same for all scenes.
+/// Renderer on a GPU: device, layouts and compiled programs, which all scenes share.
 #[derive(Debug)]
 pub struct Renderer {
     gpu: Gpu,
     layouts: Layouts,
     samplers: Samplers,
-    /// For targets with one sample per pixel, and with several.
+    /// Pipelines for targets with one sample per pixel, and with several.
     pipelines: [Pipelines; 2],
     compute: pipelines::Compute,
     casting: pipelines::Casting,
@@ -54,7 +54,7 @@ pub struct Target {
     size: Size,
     samples: u32,
     depth: wgpu::TextureView,
-    /// With several samples per pixel: what is averaged in the end.
+    /// Multisampled colour that is resolved in the end; none with one sample per pixel.
     colour: Option<wgpu::TextureView>,
 }
 
@@ -86,7 +86,7 @@ impl Target {
 }
 
 impl Renderer {
-    /// Compiles the shaders.
+    /// Compiles the shaders on a device.
     pub fn new(gpu: Gpu) -> Self {
         let layouts = Layouts::new(&gpu.device);
         let pipelines = [1, gpu.samples].map(|samples| Pipelines::new(&gpu.device, &layouts, samples));
@@ -96,32 +96,32 @@ impl Renderer {
         Self { samplers, layouts, pipelines, compute, casting, shadow_maps: <_>::default(), gpu }
     }
 
-    /// The device.
+    /// Returns the device.
     pub fn gpu(&self) -> &Gpu {
         &self.gpu
     }
 
     /// Copies a scene to the device.
-    pub fn upload(&self, scene: &Scene) -> Result<Uploaded, NoGpu> {
-        Uploaded::new(&self.gpu, &self.layouts, scene)
+    pub fn upload(&self, scene: &Scene) -> Result<GpuScene, NoGpu> {
+        GpuScene::new(&self.gpu, &self.layouts, scene)
     }
 
     /// Buffers for pictures of a size, with as many samples per pixel as `smooth` edges take, or with one.
     pub fn target(&self, size: Size, smooth: Smoothness) -> Target {
         let samples = if smooth == Smoothness::OneSample { 1 } else { self.gpu.samples };
-        let texture = |format| pictures::attachment(&self.gpu.device, size, samples, format);
+        let texture = |format| targets::attachment(&self.gpu.device, size, samples, format);
         Target { size, samples, depth: texture(DEPTH), colour: (samples > 1).then(|| texture(FORMAT)) }
     }
 
     /// A texture of format [`FORMAT`] that can be drawn to and copied from.
     pub fn canvas(&self, size: Size) -> wgpu::Texture {
-        pictures::canvas(&self.gpu.device, size)
+        targets::canvas(&self.gpu.device, size)
     }
 
     /// Draws to a view of format [`FORMAT`] and of the target's size; `settings.size` does not matter.
     pub fn draw(
         &self,
-        uploaded: &Uploaded,
+        gpu_scene: &GpuScene,
         scene: &Scene,
         settings: &Settings,
         target: &Target,
@@ -129,14 +129,14 @@ impl Renderer {
     ) {
         let picture = Picture::new(scene, settings, target.size);
         let frame = frame::frame(&picture, self.scale(settings, target));
-        self.gpu.queue.write_buffer(&uploaded.frame, 0, bytemuck::bytes_of(&frame));
-        self.write_displacement(uploaded, scene, &settings.displace);
-        let lighting = Lighting::new(&self.gpu, &self.layouts, &self.shadow_maps, uploaded, &picture);
+        self.gpu.queue.write_buffer(&gpu_scene.frame, 0, bytemuck::bytes_of(&frame));
+        self.write_displacement(gpu_scene, scene, &settings.displace);
+        let lighting = Lighting::new(&self.gpu, &self.layouts, &self.shadow_maps, gpu_scene, &picture);
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         if derives_normals(scene, settings) {
-            self.compute.run(&mut encoder, uploaded, pipelines::Result::Normals);
+            self.compute.run(&mut encoder, gpu_scene, pipelines::Result::Normals);
         }
-        self.casting.run(&mut encoder, uploaded, &lighting, settings.shadow.casters);
+        self.casting.run(&mut encoder, gpu_scene, &lighting, settings.shadow.casters);
         let mut pass = target.begin(&mut encoder, view);
         let pipelines = &self.pipelines[usize::from(target.samples > 1)];
         pass.set_bind_group(0, &lighting.frame_bindings, &[]);
@@ -147,7 +147,7 @@ impl Renderer {
             pass.set_pipeline(&pipelines.background);
             pass.draw(0..3, 0..1);
             let surface = pipelines.surface(&self.gpu.device, &self.layouts, frame::variant(scene, settings));
-            self.draw_surface(&mut pass, &surface, uploaded, settings);
+            self.draw_surface(&mut pass, &surface, gpu_scene, settings);
             // Last, because its rim lets the background through.
             if lighting.has_ground {
                 pass.set_pipeline(&surface.ground);
@@ -163,14 +163,14 @@ impl Renderer {
         &self,
         pass: &mut wgpu::RenderPass,
         surface: &pipelines::Surface,
-        uploaded: &Uploaded,
+        gpu_scene: &GpuScene,
         settings: &Settings,
     ) {
-        pass.set_bind_group(1, &uploaded.map_bindings, &[]);
-        pass.set_bind_group(2, &uploaded.surface_bindings, &[]);
+        pass.set_bind_group(1, &gpu_scene.map_bindings, &[]);
+        pass.set_bind_group(2, &gpu_scene.surface_bindings, &[]);
         pass.set_pipeline(&surface.mesh);
-        for run in &uploaded.runs {
-            let textures = uploaded.texture_bindings(&self.gpu.device, &self.layouts, &self.samplers, settings, run);
+        for run in &gpu_scene.runs {
+            let textures = gpu_scene.texture_bindings(&self.gpu.device, &self.layouts, &self.samplers, settings, run);
             pass.set_bind_group(3, &textures, &[]);
             pass.draw(run.corners.clone(), 0..1);
         }
@@ -187,8 +187,8 @@ impl Renderer {
         Ok(self.image_of(&self.upload(scene)?, scene, settings))
     }
 
-    /// The same of a scene that is on the device.
-    pub fn image_of(&self, uploaded: &Uploaded, scene: &Scene, settings: &Settings) -> RgbaImage {
+    /// Draws the picture that the settings describe of a scene that was uploaded before.
+    pub fn image_of(&self, gpu_scene: &GpuScene, scene: &Scene, settings: &Settings) -> RgbaImage {
         let longest = settings.size.width.max(settings.size.height);
         let most = (self.gpu.device.limits().max_texture_dimension_2d / longest).max(1);
         let scale = settings.supersampling.clamp(1, most);
@@ -197,30 +197,30 @@ impl Renderer {
         let target = self.target(size, smooth);
         let canvas = self.canvas(size);
         let view = canvas.create_view(&wgpu::TextureViewDescriptor::default());
-        self.draw(uploaded, scene, settings, &target, &view);
-        let mut image = shrunk(pictures::read(&self.gpu, &canvas), scale);
+        self.draw(gpu_scene, scene, settings, &target, &view);
+        let mut image = shrunk(targets::read(&self.gpu, &canvas), scale);
         legend::add(&mut image, scene, settings);
         image
     }
 
-    /// Where the vertex stage puts the vertices of the mesh. #V×3, model units.
-    pub fn positions(&self, uploaded: &Uploaded, scene: &Scene, displace: &Displace) -> Vec<Vec3> {
-        self.write_displacement(uploaded, scene, displace);
+    /// Returns the positions to which the vertex stage moves the vertices of the mesh, #V×3, model units.
+    pub fn positions(&self, gpu_scene: &GpuScene, scene: &Scene, displace: &Displace) -> Vec<Vec3> {
+        self.write_displacement(gpu_scene, scene, displace);
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        self.compute.run(&mut encoder, uploaded, pipelines::Result::Positions);
+        self.compute.run(&mut encoder, gpu_scene, pipelines::Result::Positions);
         self.gpu.queue.submit([encoder.finish()]);
-        let bytes = self.gpu.read(&uploaded.places);
-        let places: &[Vec4] = &bytemuck::pod_collect_to_vec::<u8, Vec4>(&bytes);
-        places.iter().take(scene.mesh().positions.len()).map(|p| p.truncate()).collect()
+        let bytes = self.gpu.read(&gpu_scene.positions);
+        let positions: &[Vec4] = &bytemuck::pod_collect_to_vec::<u8, Vec4>(&bytes);
+        positions.iter().take(scene.mesh().positions.len()).map(|p| p.truncate()).collect()
     }
 
-    fn write_displacement(&self, uploaded: &Uploaded, scene: &Scene, displace: &Displace) {
+    fn write_displacement(&self, gpu_scene: &GpuScene, scene: &Scene, displace: &Displace) {
         let displacement = frame::displacement(scene, displace);
-        self.gpu.queue.write_buffer(&uploaded.displacement, 0, bytemuck::bytes_of(&displacement));
+        self.gpu.queue.write_buffer(&gpu_scene.displacement, 0, bytemuck::bytes_of(&displacement));
     }
 }
 
-/// How edges look.
+/// Antialiasing of edges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Smoothness {
     /// Each pixel is what its centre shows.
@@ -229,7 +229,7 @@ pub enum Smoothness {
     SmoothEdges,
 }
 
-/// Means of squares of pixels, in linear light.
+/// Shrinks a picture by averaging squares of pixels in linear light.
 fn shrunk(large: RgbaImage, scale: u32) -> RgbaImage {
     if scale == 1 {
         return large;

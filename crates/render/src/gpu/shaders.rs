@@ -8,18 +8,18 @@ use planish_shaders::{
 };
 use std::fmt::Write as _;
 
-/// One shader module.
+/// Shader module that can be joined from the WGSL files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Program {
     /// The displacement alone, to be joined to a vertex stage.
     Displace,
-    /// What lies behind the model.
+    /// The background behind the model.
     Background,
     /// The displaced surface in colour.
     Mesh,
-    /// Where the vertices go, and the normals there.
+    /// Displaced positions of the vertices and their normals.
     Normals,
-    /// What a light sees of the displaced surface.
+    /// Depth of the displaced surface as a light sees it.
     Shadow,
     /// A shadow map itself.
     ShadowView,
@@ -48,17 +48,17 @@ impl Program {
 /// Choices that a program is compiled for. What is not chosen costs nothing then, not even on drivers that run every branch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Variant {
-    /// What the surface shows.
+    /// Shading of the surface.
     pub shading: Shading,
-    /// Which normals light it.
+    /// Normals that light the surface.
     pub normals: Normals,
-    /// What is drawn on top.
+    /// Lines on top of the surface.
     pub overlay: Overlay,
-    /// How textures are read.
+    /// Interpolation of textures between their texels.
     pub sampling: Sampling,
-    /// How shadow maps are asked.
+    /// Filter of the lookups in shadow maps.
     pub filter: Filter,
-    /// What lies outside them.
+    /// Light at positions that no shadow map covers.
     pub outside: Outside,
 }
 

@@ -114,7 +114,7 @@ pub(crate) struct Shadows {
     pub(crate) slope_bias: f32,
     pub(crate) least_bias: f32,
     pub(crate) shown: u32,
-    pub(crate) eyes: [Eye; crate::shadow::MAX_EYES],
+    pub(crate) eyes: [Eye; crate::shadow::MAX_SHADOW_VIEWS],
 }
 
 /// Twin of `struct Caster`.

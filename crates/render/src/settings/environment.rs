@@ -10,7 +10,7 @@ use std::path::PathBuf;
 pub struct Surroundings {
     /// Origin of the light.
     pub source: Source,
-    /// Texels along a side of the cube map.
+    /// Number of texels along a side of the cube map.
     pub resolution: u32,
     /// Rotation to the right about the up axis, degrees; at 0 the middle lies ahead of the eye at yaw 0.
     pub rotation: f32,

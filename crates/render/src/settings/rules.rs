@@ -1,4 +1,4 @@
-//! What all settings have in common: choices with words, and numbers with ranges.
+//! Helpers that all settings share: choices with words, and numbers with ranges.
 
 use thiserror::Error;
 
@@ -34,7 +34,7 @@ macro_rules! named {
 }
 pub(crate) use named;
 
-/// Why a text is not the settings of a picture.
+/// Reason why a text is not the settings of a picture.
 #[derive(Debug, Error)]
 pub enum SettingsError {
     /// The text is not JSON, or has an unknown field or a value of the wrong kind.
@@ -53,7 +53,7 @@ pub enum SettingsError {
 /// A condition on a field: whether it holds, the path of the field, and its range in words.
 pub(crate) type Rule = (bool, &'static str, &'static str);
 
-/// Names the field of the first rule that does not hold.
+/// Checks the rules, and names the field of the first one that does not hold.
 pub(crate) fn require(rules: &[Rule]) -> Result<(), SettingsError> {
     match rules.iter().find(|(holds, ..)| !holds) {
         Some(&(_, name, expected)) => Err(SettingsError::OutOfRange { name, expected }),

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub struct Shadow {
     /// Filter of the lookups in shadow maps.
     pub filter: Filter,
-    /// Texels along a side of a map.
+    /// Number of texels along a side of a map.
     pub size: u32,
     /// Texels along a side of the square whose mean is taken by [`Filter::Pcf`]: 3, 5 or 7.
     pub kernel: u32,

@@ -79,7 +79,7 @@ pub struct Material {
 }
 
 impl Default for Material {
-    /// Unglazed clay.
+    /// Material of unglazed clay.
     fn default() -> Self {
         Self { colour: Colour::hex(0xe2c4ae), specular: 0.12, exponent: 28.0 }
     }
@@ -95,7 +95,7 @@ impl Material {
     }
 }
 
-/// A chequered texture.
+/// Chequered texture over the unit square of texture coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Checker {

@@ -4,10 +4,10 @@
 
 use glam::Vec4;
 
-/// How far outside the picture a triangle may reach, in half widths; keeps the raster's integers small.
+/// Distance by which a triangle may reach outside the picture, in half widths; keeps the raster's integers small.
 const GUARD: f32 = 16.0;
 
-/// What is inside has no negative product with any of these: the near plane, then the guard band.
+/// Planes of the clipped volume: a point inside has no negative product with any of them. The near plane comes first, then the guard band.
 const PLANES: [Vec4; 5] = [
     Vec4::new(0.0, 0.0, 1.0, 0.0),
     Vec4::new(1.0, 0.0, 0.0, GUARD),

@@ -1,4 +1,4 @@
-//! Which samples a triangle covers, by exact integer arithmetic as in Direct3D's rasterisation rules: no
+//! Samples that a triangle covers, found by exact integer arithmetic as in Direct3D's rasterisation rules: no
 //! sample on a shared edge is drawn twice or left out.
 //!
 //! Juan Pineda. A parallel algorithm for polygon rasterization. SIGGRAPH 1988.
@@ -40,14 +40,14 @@ impl Grid {
 pub(super) struct ScreenTriangle {
     /// Steps; the area is positive.
     corners: [[i64; 2]; 3],
-    /// 0..1, near to far; linear over the screen.
+    /// Depths of the corners, 0..1, near to far; linear over the screen.
     depths: [f32; 3],
     /// Index of the triangle this is part of.
     pub(super) source: u32,
 }
 
 impl ScreenTriangle {
-    /// None if it has no area on the screen.
+    /// Rounds a triangle to the grid; `None` if it has no area on the screen.
     pub(super) fn new(clip_corners: [Vec4; 3], source: u32, grid: Grid) -> Option<Self> {
         let [a, b, c] = clip_corners.map(|corner| grid.steps_from_clip(corner));
         let [da, db, dc] = clip_corners.map(|corner| corner.z / corner.w);
@@ -58,12 +58,12 @@ impl ScreenTriangle {
         }
     }
 
-    /// Rows of samples that it may cover.
+    /// Returns the rows of samples that the triangle may cover.
     pub(super) fn rows(&self, grid: Grid) -> Range<usize> {
         centres_between(self.corners.map(|[_, y]| y), grid.height)
     }
 
-    /// Calls `visit(x, y, depth)` once for each sample that it covers in these rows.
+    /// Calls `visit(x, y, depth)` once for each sample that the triangle covers in these rows.
     pub(super) fn rasterise(&self, grid: Grid, rows: Range<usize>, mut visit: impl FnMut(usize, usize, f32)) {
         let [a, b, c] = self.corners;
         let opposite = [Edge::new(b, c), Edge::new(c, a), Edge::new(a, b)];
@@ -143,10 +143,11 @@ mod tests {
 
     /// A fan about `hub` that tiles the square from (0, 0) to (8, 8); every other triangle is turned round.
     fn fan(hub: [f32; 2]) -> Vec<[Vec4; 3]> {
-        let rim = [[0, 0], [4, 0], [8, 0], [8, 4], [8, 8], [4, 8], [0, 8], [0, 4]].map(|[x, y]| [x as f32, y as f32]);
+        let boundary =
+            [[0, 0], [4, 0], [8, 0], [8, 4], [8, 8], [4, 8], [0, 8], [0, 4]].map(|[x, y]| [x as f32, y as f32]);
         (0..8)
             .map(|i| {
-                let (a, b) = (rim[i], rim[(i + 1) % 8]);
+                let (a, b) = (boundary[i], boundary[(i + 1) % 8]);
                 let [a, b, c] = [hub, a, b].map(|[x, y]| at(x, y, 0.5));
                 if i % 2 == 0 { [a, b, c] } else { [a, c, b] }
             })

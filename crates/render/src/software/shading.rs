@@ -1,4 +1,4 @@
-//! From a place on the surface to its colour, in linear light and world space. Twin of `shaders/light.wgsl` and
+//! Colour of a position on the surface, in linear light and world space. Twin of `shaders/light.wgsl` and
 //! `shaders/mesh.wgsl`.
 //!
 //! James F. Blinn. Models of light reflection for computer synthesized pictures. SIGGRAPH 1977.
@@ -6,13 +6,13 @@
 use super::shadows::ShadowMaps;
 use crate::camera::View;
 use crate::colour::linear_from_srgb;
+use crate::displaced_mesh::DisplacementBinding;
 use crate::draw_parameters::{LINE_WIDTH, heat_range, marble_frequency, normal_map_strength};
-use crate::environment::sample::Around;
+use crate::environment::sample::EnvironmentSampler;
 use crate::ground::Disc;
-use crate::lights::{Lamp, lamps};
+use crate::lights::{WorldLight, world_lights};
+use crate::marble::vein;
 use crate::mesh::Side;
-use crate::noise::vein;
-use crate::relief::Relief;
 use crate::scene::Scene;
 use crate::settings::ground::Show;
 use crate::settings::{Overlay, Range, Sampling, Settings, Shading};
@@ -21,26 +21,26 @@ use planish_geometry::map::displacement::{SampleAt, Weights};
 use planish_geometry::map::tangents::Tangent;
 use planish_geometry::metrics::colormap::Colormap;
 
-/// What the rasteriser knows about the surface at one sample.
+/// Attributes of the surface at one sample.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Fragment {
     pub(crate) position: Vec3,
-    /// Its triangle.
+    /// Index of the triangle.
     pub(crate) triangle: u32,
-    /// Unit, of the triangle, outwards.
+    /// Unit normal of the triangle, outwards.
     pub(crate) face_normal: Vec3,
-    /// Interpolated, outwards, not normalised.
+    /// Interpolated normal, outwards, not normalised.
     pub(crate) normal: Vec3,
-    /// Interpolated.
+    /// Interpolated tangent.
     pub(crate) tangent: Tangent,
     pub(crate) uv: Option<Vec2>,
     /// Change of uv from this sample to its neighbours.
     pub(crate) uv_steps: [Vec2; 2],
     /// ∂p/∂u and ∂p/∂v.
     pub(crate) along_uv: [Vec3; 2],
-    /// A number of the scene.
+    /// Interpolated number of the scene's heat map.
     pub(crate) scalar: Option<f32>,
-    /// What the map says, model units.
+    /// Height of the map, model units.
     pub(crate) height: f32,
     /// Linear RGB blended between the corners, for Gouraud shading.
     pub(crate) lit: Vec3,
@@ -49,37 +49,37 @@ pub(crate) struct Fragment {
     pub(crate) sides: [Side; 3],
 }
 
-/// Everything that is the same for the whole picture.
+/// Shader of a picture: everything that all its samples share.
 pub(crate) struct Shader<'a> {
     scene: &'a Scene,
     settings: &'a Settings,
     eye: Vec4,
     up: Vec3,
     view_from_world: Mat3,
-    lamps: Vec<Lamp>,
-    around: Option<Around<'a>>,
+    world_lights: Vec<WorldLight>,
+    sampler: Option<EnvironmentSampler<'a>>,
     shadows: Option<ShadowMaps>,
     heat: Option<(Colormap, Range)>,
-    /// Where the slope of heights can be seen.
-    bumps: Option<(&'a Relief, f32)>,
+    /// Map whose slope tilts the normals, and its lift in model units; none where the map is not sampled by texture coordinates.
+    bumps: Option<(&'a DisplacementBinding, f32)>,
 }
 
 impl<'a> Shader<'a> {
     /// `positions`: #V×3, displaced.
     pub(crate) fn new(scene: &'a Scene, settings: &'a Settings, view: &View, aspect: f32, positions: &[Vec3]) -> Self {
-        let lamps = lamps(scene, settings, view);
-        let bumps = scene.relief.as_ref().filter(|relief| relief.in_uv());
+        let world_lights = world_lights(scene, settings, view);
+        let bumps = scene.displacement.as_ref().filter(|binding| binding.in_uv());
         Self {
             scene,
             settings,
             eye: view.eye_in_world,
             up: view.up_in_world,
             view_from_world: view.world_from_view.transpose(),
-            shadows: ShadowMaps::new(scene, settings, view, &lamps, positions),
-            lamps,
-            around: Around::new(scene.environment.as_ref(), settings, view, aspect),
+            shadows: ShadowMaps::new(scene, settings, view, &world_lights, positions),
+            world_lights,
+            sampler: EnvironmentSampler::new(scene.environment.as_ref(), settings, view, aspect),
             heat: heat_range(scene, settings).map(|range| (settings.heat.map, range)),
-            bumps: bumps.map(|relief| (relief, relief.lift(&settings.displace))),
+            bumps: bumps.map(|binding| (binding, binding.lift(&settings.displace))),
         }
     }
 
@@ -114,21 +114,21 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// Linear RGB behind the model at a place of the picture, −1..1 right and up.
+    /// Linear RGB behind the model at a position of the picture, −1..1 right and up.
     pub(crate) fn background(&self, at: Vec2) -> Vec3 {
         let gradient = || {
             let background = &self.settings.background;
             // Encoded values, because a gradient should be even to the eye.
             background.top.encoded().lerp(background.bottom.encoded(), 0.5 - 0.5 * at.y).map(linear_from_srgb)
         };
-        self.around.as_ref().and_then(|around| around.background(at)).unwrap_or_else(gradient)
+        self.sampler.as_ref().and_then(|sampler| sampler.background(at)).unwrap_or_else(gradient)
     }
 
     pub(crate) fn to_eye(&self, position: Vec3) -> Vec3 {
         (self.eye.truncate() - self.eye.w * position).normalize_or_zero()
     }
 
-    /// Unit, outwards.
+    /// Unit normal of a fragment, outwards.
     fn normal(&self, fragment: &Fragment) -> Vec3 {
         let shading = self.settings.shading;
         if shading == Shading::Flat {
@@ -143,8 +143,8 @@ impl<'a> Shader<'a> {
         }
         let normal = fragment.normal.try_normalize().unwrap_or(fragment.face_normal);
         match (self.bumps, fragment.uv) {
-            (Some((relief, lift)), Some(uv)) if shading == Shading::Bump => {
-                bumped(relief, lift, uv, fragment.along_uv, normal)
+            (Some((binding, lift)), Some(uv)) if shading == Shading::Bump => {
+                bumped(binding, lift, uv, fragment.along_uv, normal)
             }
             _ => normal,
         }
@@ -160,15 +160,15 @@ impl<'a> Shader<'a> {
             let facing = if normal.dot(to_light) > 0.0 { 1.0 } else { 0.0 };
             facing * normal.dot(half).max(0.0).powf(material.exponent) * radiance
         };
-        let specular: Vec3 = (0..self.lamps.len()).map(highlight).sum();
+        let specular: Vec3 = (0..self.world_lights.len()).map(highlight).sum();
         let scattered = base * self.irradiance(position, normal);
-        let mirroring = |around: &Around| around.mirroring(scattered, normal, to_eye);
-        self.around.as_ref().map_or(scattered, mirroring) + material.specular * specular
+        let mirroring = |sampler: &EnvironmentSampler| sampler.mirroring(scattered, normal, to_eye);
+        self.sampler.as_ref().map_or(scattered, mirroring) + material.specular * specular
     }
 
-    /// Unit vector to a light, and what of it arrives at a place on a surface.
+    /// Unit vector to a light, and the part of it that arrives at a position on a surface.
     fn incoming(&self, light: usize, position: Vec3, normal: Vec3) -> (Vec3, Vec3) {
-        let (to_light, radiance) = self.lamps[light].incoming(position);
+        let (to_light, radiance) = self.world_lights[light].incoming(position);
         match &self.shadows {
             Some(maps) if normal.dot(to_light) > 0.0 => {
                 (to_light, radiance * maps.unshadowed(light, position, normal, to_light))
@@ -183,7 +183,7 @@ impl<'a> Shader<'a> {
             let (to_light, radiance) = self.incoming(light, position, normal);
             normal.dot(to_light).max(0.0) * radiance
         };
-        self.ambient(normal) + (0..self.lamps.len()).map(lambert).sum::<Vec3>()
+        self.ambient(normal) + (0..self.world_lights.len()).map(lambert).sum::<Vec3>()
     }
 
     /// Diffuse light from everywhere.
@@ -193,22 +193,22 @@ impl<'a> Shader<'a> {
             let above = 0.5 + 0.5 * normal.dot(self.up);
             ambient.intensity * ambient.ground.linear().lerp(ambient.sky.linear(), above)
         };
-        self.around.as_ref().and_then(|around| around.ambient(normal)).unwrap_or_else(hemisphere)
+        self.sampler.as_ref().and_then(|sampler| sampler.ambient(normal)).unwrap_or_else(hemisphere)
     }
 
-    /// What is seen where the ground lies at `place` over something else.
-    pub(crate) fn over_ground(&self, behind: Vec3, place: Vec3, ground: &Disc) -> Vec3 {
-        let cover = ground.cover(place);
-        let light = self.irradiance(place, ground.up);
+    /// Blends the ground at `point` over the colour behind it.
+    pub(crate) fn over_ground(&self, behind: Vec3, point: Vec3, ground: &Disc) -> Vec3 {
+        let cover = ground.cover(point);
+        let light = self.irradiance(point, ground.up);
         if ground.show == Show::Plane {
             return behind.lerp(ground.colour * light, cover);
         }
         let luma = |c: Vec3| c.dot(Vec3::new(0.2126, 0.7152, 0.0722));
-        let open = |lamp: &Lamp| {
-            let (to_light, radiance) = lamp.incoming(place);
+        let open = |world_light: &WorldLight| {
+            let (to_light, radiance) = world_light.incoming(point);
             ground.up.dot(to_light).max(0.0) * radiance
         };
-        let open = self.ambient(ground.up) + self.lamps.iter().map(open).sum::<Vec3>();
+        let open = self.ambient(ground.up) + self.world_lights.iter().map(open).sum::<Vec3>();
         behind * (1.0 - cover * (1.0 - luma(light) / luma(open).max(1e-6)))
     }
 
@@ -230,7 +230,7 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// Where there are no texture coordinates there are no squares.
+    /// Colour of the chequered texture; the material's colour where there are no texture coordinates.
     fn checker(&self, fragment: &Fragment) -> Vec3 {
         let checker = &self.settings.checker;
         let Some(uv) = fragment.uv else { return self.settings.material.colour.linear() };
@@ -239,7 +239,7 @@ impl<'a> Shader<'a> {
         if odd { checker.dark.linear() } else { checker.light.linear() }
     }
 
-    /// What has no number keeps the material's colour.
+    /// Colour of a number in a heat map; the material's colour where there is none.
     fn heat(&self, fragment: &Fragment) -> Vec3 {
         let number = if self.settings.shading == Shading::Height { Some(fragment.height) } else { fragment.scalar };
         match (self.heat, number) {
@@ -250,7 +250,7 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// Share of a sample that a line along the sides of one kind covers.
+    /// Fraction of a sample that a line along the sides of one kind covers.
     fn line_cover(&self, fragment: &Fragment) -> f32 {
         let drawn = |side: Side| match self.settings.overlay {
             Overlay::None => false,
@@ -269,10 +269,10 @@ impl<'a> Shader<'a> {
 /// Normal under a height d over the surface: ∂p'/∂u × ∂p'/∂v with ∂p'/∂u = ∂p/∂u + ∂d/∂u n (Pharr, Jakob, Humphreys,
 /// Physically Based Rendering, 3rd edition, section 9.3; the change of n itself is left out). `lift` is d at texel 1,
 /// model units.
-fn bumped(relief: &Relief, lift: f32, uv: Vec2, [dp_du, dp_dv]: [Vec3; 2], normal: Vec3) -> Vec3 {
-    let size = relief.map.size();
+fn bumped(binding: &DisplacementBinding, lift: f32, uv: Vec2, [dp_du, dp_dv]: [Vec3; 2], normal: Vec3) -> Vec3 {
+    let size = binding.map.size();
     let texel = 1.0 / Vec2::new(size.width as f32, size.height as f32);
-    let at = |uv: Vec2| relief.map.texel_at(0, SampleAt::Uv(uv), Weights::Exact);
+    let at = |uv: Vec2| binding.map.texel_at(0, SampleAt::Uv(uv), Weights::Exact);
     let (across, up) = (Vec2::new(texel.x, 0.0), Vec2::new(0.0, texel.y));
     let slope = lift * 0.5 * Vec2::new(at(uv + across) - at(uv - across), at(uv + up) - at(uv - up)) / texel;
     let det = normal.dot(dp_du.cross(dp_dv));

@@ -3,29 +3,29 @@
 use super::clip;
 use super::raster::{Grid, ScreenTriangle};
 use crate::camera::View;
-use crate::lights::Lamp;
+use crate::lights::WorldLight;
 use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::settings::shadow::{Casters, Filter, Outside, Shadow};
-use crate::shadow::{self, Eye, Rays};
+use crate::shadow::{self, Rays, ShadowView};
 use glam::{Mat4, Vec2, Vec3, Vec4, Vec4Swizzles};
 use rayon::prelude::*;
 
-/// What all lights see.
+/// Shadow maps of all lights.
 pub(crate) struct ShadowMaps {
     shadow: Shadow,
     size: usize,
-    /// World units.
+    /// Slope-dependent bias, world units.
     slope_bias: f32,
     least_bias: f32,
-    /// For each light its pictures.
+    /// Shadow maps of each light.
     lights: Vec<Vec<Map>>,
 }
 
 struct Map {
-    eye: Eye,
+    view: ShadowView,
     world_from_clip: Mat4,
-    /// 0..1, row 0 on top.
+    /// Depths, 0..1, row 0 on top.
     depths: Vec<f32>,
 }
 
@@ -35,7 +35,7 @@ impl ShadowMaps {
         scene: &Scene,
         settings: &Settings,
         view: &View,
-        lamps: &[Lamp],
+        world_lights: &[WorldLight],
         positions: &[Vec3],
     ) -> Option<Self> {
         let shadow = settings.shadow;
@@ -43,29 +43,29 @@ impl ShadowMaps {
             return None;
         }
         let size = shadow.size as usize;
-        let map = |eye: Eye| Map {
-            world_from_clip: eye.clip_from_world.inverse(),
-            depths: depths(scene, positions, eye.clip_from_world, size, shadow.casters),
-            eye,
+        let map = |view: ShadowView| Map {
+            world_from_clip: view.clip_from_world.inverse(),
+            depths: depths(scene, positions, view.clip_from_world, size, shadow.casters),
+            view,
         };
-        let eyes = shadow::eyes_of_lights(scene, settings, view, lamps);
+        let views = shadow::shadow_views(scene, settings, view, world_lights);
         let radius = scene.bounds().radius;
         Some(Self {
             shadow,
             size,
             slope_bias: shadow.slope_bias * radius,
             least_bias: shadow.least_bias * radius,
-            lights: eyes.into_par_iter().map(|eyes| eyes.into_par_iter().map(map).collect()).collect(),
+            lights: views.into_par_iter().map(|views| views.into_par_iter().map(map).collect()).collect(),
         })
     }
 
-    /// Share of a light that arrives at a place with this unit normal: 0 in the umbra, 1 in the open.
+    /// Fraction of a light that arrives at a position with this unit normal: 0 in the umbra, 1 in the open.
     pub(crate) fn unshadowed(&self, light: usize, position: Vec3, normal: Vec3, to_light: Vec3) -> f32 {
         let maps = &self.lights[light];
         let map = if maps.len() == 6 { &maps[cube_face(-to_light)] } else { &maps[0] };
         let bias = (self.slope_bias * (1.0 - normal.dot(to_light))).max(self.least_bias);
-        let place = position + bias * to_light;
-        let clip = map.eye.clip_from_world * place.extend(1.0);
+        let position = position + bias * to_light;
+        let clip = map.view.clip_from_world * position.extend(1.0);
         if clip.w <= 0.0 {
             return 1.0;
         }
@@ -81,7 +81,7 @@ impl ShadowMaps {
             Filter::Hard => self.open(map, texel, ndc.z),
             Filter::Pcf => self.percentage_closer(map, texel, ndc.z),
             Filter::Pcss => {
-                let plane: Vec4 = map.world_from_clip.transpose() * normal.extend(-normal.dot(place));
+                let plane: Vec4 = map.world_from_clip.transpose() * normal.extend(-normal.dot(position));
                 let steep = if plane.z.abs() < 1e-4 { -1e-4 } else { plane.z };
                 let slope = (-plane.xy() / steep).clamp(Vec2::splat(-8.0), Vec2::splat(8.0)) * Vec2::new(2.0, -2.0);
                 self.soft(map, uv, ndc.z, slope)
@@ -122,24 +122,25 @@ impl ShadowMaps {
     fn soft(&self, map: &Map, uv: Vec2, depth: f32, slope: Vec2) -> f32 {
         const SEARCHES: u32 = 24;
         const SAMPLES: u32 = 48;
-        let (eye, size) = (&map.eye, self.size as f32);
-        let receiver = distance_from_depth(eye, depth);
+        let (view, size) = (&map.view, self.size as f32);
+        let receiver = distance_from_depth(view, depth);
         let texel = (uv * size).floor();
-        let turn = std::f32::consts::TAU * fract(52.982_918 * fract(texel.dot(Vec2::new(0.067_110_56, 0.005_837_15))));
-        let search = spread(eye, receiver, eye.near.max(0.25 * receiver)).max(1.0 / size);
+        let rotation =
+            std::f32::consts::TAU * fract(52.982_918 * fract(texel.dot(Vec2::new(0.067_110_56, 0.005_837_15))));
+        let search = spread(view, receiver, view.near.max(0.25 * receiver)).max(1.0 / size);
         let (mut sum, mut count) = (0.0, 0.0);
-        for offset in (0..SEARCHES).map(|i| search * disc(i, SEARCHES, turn)) {
+        for offset in (0..SEARCHES).map(|i| search * disc(i, SEARCHES, rotation)) {
             let stored = self.stored(map, (uv + offset) * size);
             if stored < depth + slope.dot(offset) {
-                sum += distance_from_depth(eye, stored);
+                sum += distance_from_depth(view, stored);
                 count += 1.0;
             }
         }
         if count == 0.0 {
             return 1.0;
         }
-        let penumbra = spread(eye, receiver, (sum / count).min(receiver)).max(1.0 / size);
-        let samples = (0..SAMPLES).map(|i| penumbra * disc(i, SAMPLES, turn));
+        let penumbra = spread(view, receiver, (sum / count).min(receiver)).max(1.0 / size);
+        let samples = (0..SAMPLES).map(|i| penumbra * disc(i, SAMPLES, rotation));
         let lit = samples.map(|offset| self.open(map, (uv + offset) * size, depth + slope.dot(offset)));
         lit.sum::<f32>() / SAMPLES as f32
     }
@@ -150,29 +151,29 @@ fn fract(x: f32) -> f32 {
 }
 
 /// A point of a spiral that fills the unit disc evenly.
-fn disc(i: u32, count: u32, turn: f32) -> Vec2 {
-    ((i as f32 + 0.5) / count as f32).sqrt() * Vec2::from_angle(2.399_963 * i as f32 + turn)
+fn disc(i: u32, count: u32, rotation: f32) -> Vec2 {
+    ((i as f32 + 0.5) / count as f32).sqrt() * Vec2::from_angle(2.399_963 * i as f32 + rotation)
 }
 
-/// World units along the axis of an eye.
-fn distance_from_depth(eye: &Eye, depth: f32) -> f32 {
-    match eye.rays {
-        Rays::Parallel(_) => eye.near + (eye.far - eye.near) * depth,
-        Rays::Perspective(_) => eye.near * eye.far / (eye.far - depth * (eye.far - eye.near)),
+/// Distance along the axis of a view, world units, from a depth.
+fn distance_from_depth(view: &ShadowView, depth: f32) -> f32 {
+    match view.rays {
+        Rays::Parallel(_) => view.near + (view.far - view.near) * depth,
+        Rays::Perspective(_) => view.near * view.far / (view.far - depth * (view.far - view.near)),
     }
 }
 
-/// How wide a light's disc looks in the map through a pinhole `blocker` away, from a place `receiver` away.
-fn spread(eye: &Eye, receiver: f32, blocker: f32) -> f32 {
-    let shift = |half: f32| eye.light_size * (receiver - blocker) / (2.0 * half);
-    let spread = match eye.rays {
+/// Width of a light's disc in the map as seen through a pinhole at distance `blocker` from a position at distance `receiver`.
+fn spread(view: &ShadowView, receiver: f32, blocker: f32) -> f32 {
+    let shift = |half: f32| view.light_size * (receiver - blocker) / (2.0 * half);
+    let spread = match view.rays {
         Rays::Parallel(half) => shift(half),
         Rays::Perspective(half) => shift(half) / (receiver * blocker),
     };
     spread.clamp(0.0, 0.15)
 }
 
-/// Which face of a cube a direction meets: +x −x +y −y +z −z.
+/// Index of the cube face that a direction meets: +x −x +y −y +z −z.
 fn cube_face(d: Vec3) -> usize {
     let a = d.abs();
     if a.x >= a.y && a.x >= a.z {

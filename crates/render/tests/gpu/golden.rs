@@ -107,10 +107,10 @@ fn landscapes() -> Vec<(String, Scene, Settings)> {
 fn pictures_are_as_they_were() {
     let renderer = renderer(Backend::Vulkan);
     let scene = duck();
-    let uploaded = renderer.upload(&scene).unwrap();
+    let gpu_scene = renderer.upload(&scene).unwrap();
     let failures: Vec<String> = pictures()
         .iter()
-        .filter_map(|(name, settings)| compare(name, &renderer.image_of(&uploaded, &scene, settings)).err())
+        .filter_map(|(name, settings)| compare(name, &renderer.image_of(&gpu_scene, &scene, settings)).err())
         .collect();
     assert!(failures.is_empty(), "{}", failures.join("\n"));
     no_complaints(&renderer);

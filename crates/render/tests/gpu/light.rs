@@ -8,11 +8,11 @@ use planish_geometry::map::displacement::{Displacement, Encoding, MapKind, Sampl
 use planish_geometry::map::tangents::Tangent;
 use planish_geometry::map::{HeightMap, Size as MapSize};
 use planish_render::colour::Colour;
+use planish_render::displaced_mesh::{DisplacementBinding, Sign};
 use planish_render::environment::Environment;
 use planish_render::environment::cube::CubeMap;
 use planish_render::gpu::Backend;
 use planish_render::mesh::{Mesh, Triangle};
-use planish_render::relief::{Relief, Sense};
 use planish_render::scene::Scene;
 use planish_render::settings::camera::Camera;
 use planish_render::settings::environment::Surroundings;
@@ -107,7 +107,7 @@ fn filtered(filter: Filter) -> Shadow {
     Shadow { filter, size: 1024, ..Shadow::default() }
 }
 
-/// Where the light of [`lit_by`] throws a point of the scene, at this height.
+/// Shadow of a point of the scene in the light of [`lit_by`], at this height.
 fn thrown(point: Vec3, scene: &Scene, kind: LightKind, height: f32) -> Vec3 {
     let to_light = Vec3::new(0.0, 3.0f32.sqrt() / 2.0, 0.5);
     let away = match kind {
@@ -286,7 +286,7 @@ fn shadows_follow_the_displaced_surface() {
         sample_at: (i < 4).then_some(SampleAt::Uv(Vec2::splat(0.5))),
     };
     let vertices = scene.mesh().positions.iter().enumerate().map(vertex).collect();
-    scene.relief = Some(Relief::new(scene.mesh(), map, vertices, Sense::PutOn));
+    scene.displacement = Some(DisplacementBinding::new(scene.mesh(), map, vertices, Sign::Add));
     for lambda in [0.0, 0.3] {
         let displace = Displace { lambda, ..Displace::default() };
         let settings = Settings { displace, ..lit_by(FAR, filtered(Filter::Hard)) };

@@ -13,7 +13,7 @@ fn the_picture_after_a_loss_is_the_one_before() {
         painter.renderer().gpu().device.destroy();
         assert!(painter.picture(&settings).unwrap() == before, "{backend:?}");
         assert!(before.pixels().any(|p| p.0[0] > 0));
-        assert_eq!(painter.renderer().gpu().complaints(), Vec::<String>::new());
+        assert_eq!(painter.renderer().gpu().validation_errors(), Vec::<String>::new());
     }
 }
 
@@ -29,6 +29,6 @@ fn what_the_driver_refuses_is_told_once() {
         usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::VERTEX,
         mapped_at_creation: false,
     });
-    assert_eq!(gpu.complaints().len(), 1);
-    assert_eq!(gpu.complaints(), Vec::<String>::new());
+    assert_eq!(gpu.validation_errors().len(), 1);
+    assert_eq!(gpu.validation_errors(), Vec::<String>::new());
 }

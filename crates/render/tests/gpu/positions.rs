@@ -17,12 +17,12 @@ const TOLERANCE: f64 = 1e-6;
 fn agree(renderer: &Renderer, baked: &Baked, name: &str) -> f64 {
     let Baked { model, map, .. } = baked;
     let scene = baked.scene();
-    let uploaded = renderer.upload(&scene).unwrap();
+    let gpu_scene = renderer.upload(&scene).unwrap();
     let lines = baked.lines();
     let range = f64::from(map.encoding().scale);
     let mut worst = 0.0f64;
     for lambda in [0.0, 0.37, 1.0, -2.0] {
-        let found = renderer.positions(&uploaded, &scene, &Displace { lambda, ..Displace::default() });
+        let found = renderer.positions(&gpu_scene, &scene, &Displace { lambda, ..Displace::default() });
         let strength = f64::from(lambda.abs()).max(1.0);
         // Every line, so every wedge: those of one vertex are drawn from the same numbers.
         for (line, expected) in lines.iter().enumerate() {

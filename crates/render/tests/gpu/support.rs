@@ -27,7 +27,7 @@ pub(crate) fn renderer(backend: Backend) -> MutexGuard<'static, Renderer> {
     // A test that failed leaves nothing behind in it but what the driver said.
     renderer.lock().unwrap_or_else(|poisoned| {
         let renderer = PoisonError::into_inner(poisoned);
-        renderer.gpu().complaints();
+        renderer.gpu().validation_errors();
         renderer
     })
 }
@@ -45,7 +45,7 @@ pub(crate) fn own_renderer(backend: Backend) -> Renderer {
 /// Asserts that neither the driver nor its validation had anything to say.
 #[track_caller]
 pub(crate) fn no_complaints(renderer: &Renderer) {
-    assert_eq!(renderer.gpu().complaints(), Vec::<String>::new());
+    assert_eq!(renderer.gpu().validation_errors(), Vec::<String>::new());
 }
 
 pub(crate) fn repository() -> PathBuf {
@@ -88,7 +88,7 @@ impl Baked {
         let lines = self.lines();
         let numbers: Vec<f32> = self.model.data().positions().iter().map(|p| p.y as f32).collect();
         let mut scene = input::scene(&self.model, Some(&numbers)).unwrap();
-        scene.relief = Some(input::relief(&self.model, &scene, self.map.clone(), &lines));
+        scene.displacement = Some(input::bind_map(&self.model, &scene, self.map.clone(), &lines));
         scene.textures = Textures::one(Texture::new(stripes(), Content::Colour).unwrap());
         if let Some(entry) = &self.bundle.manifest.normal_map {
             let image = image::load_from_memory(bytes(&self.bundle, &entry.file)).unwrap().into_rgba8();

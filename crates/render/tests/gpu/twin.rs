@@ -49,12 +49,12 @@ fn settings() -> Settings {
 fn every_way_of_shading_with_every_kind_of_normals() {
     let renderer = renderer(Backend::Vulkan);
     let scene = duck();
-    let uploaded = renderer.upload(&scene).unwrap();
+    let gpu_scene = renderer.upload(&scene).unwrap();
     for &shading in Shading::ALL {
         for &normals in Normals::ALL {
             let mut settings = Settings { shading, ..settings() };
             (settings.displace.normals, settings.displace.lambda) = (normals, 0.7);
-            let picture = renderer.image_of(&uploaded, &scene, &settings);
+            let picture = renderer.image_of(&gpu_scene, &scene, &settings);
             agree(&scene, &settings, &picture, &format!("{shading:?} {normals:?}"));
         }
     }
@@ -65,7 +65,7 @@ fn every_way_of_shading_with_every_kind_of_normals() {
 fn overlays_lights_and_samplings() {
     let renderer = renderer(Backend::Vulkan);
     let scene = duck();
-    let uploaded = renderer.upload(&scene).unwrap();
+    let gpu_scene = renderer.upload(&scene).unwrap();
     let light = |kind| Light { kind, ..settings().lights[0] };
     let lit = |kind| Settings { lights: vec![light(kind)], ..settings() };
     let mut all = vec![
@@ -79,7 +79,7 @@ fn overlays_lights_and_samplings() {
         all.push((format!("{sampling:?}"), Settings { shading: Shading::Texture, sampling, ..settings() }));
     }
     for (what, settings) in all {
-        agree(&scene, &settings, &renderer.image_of(&uploaded, &scene, &settings), &what);
+        agree(&scene, &settings, &renderer.image_of(&gpu_scene, &scene, &settings), &what);
     }
     no_complaints(&renderer);
 }
@@ -104,12 +104,12 @@ fn triangles_have_their_own_textures_or_none() {
 fn shadows_on_the_ground_and_on_the_surface() {
     let renderer = renderer(Backend::Vulkan);
     let scene = duck();
-    let uploaded = renderer.upload(&scene).unwrap();
+    let gpu_scene = renderer.upload(&scene).unwrap();
     for (what, settings) in shadows() {
         // A map itself is for graphics adapters; acne is what rounding makes of it.
         if settings.shadow.show_map.is_none() && settings.shadow.least_bias > 0.0 {
             let settings = Settings { supersampling: 3, ..settings };
-            agree(&scene, &settings, &renderer.image_of(&uploaded, &scene, &settings), &what);
+            agree(&scene, &settings, &renderer.image_of(&gpu_scene, &scene, &settings), &what);
         }
     }
     no_complaints(&renderer);

@@ -70,7 +70,7 @@ struct Program {
     scan: Scan,
     drawing: Option<Drawing>,
     lambda: f32,
-    /// Why there is no drawing.
+    /// Reason why there is no drawing.
     failure: Option<Box<dyn Error>>,
 }
 

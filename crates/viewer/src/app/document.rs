@@ -1,10 +1,8 @@
-//! What is open: a mesh, its map, and what is known of both. Values that never change once they are read or baked, so that
-//! the window draws one while the next is made.
+//! Documents: a mesh, its map, and what is known of both. They never change once they are read or baked, so that the window
+//! draws one while the next is made.
 
-use super::recipe::Recipe;
+use super::bake_config::BakeConfig;
 use crate::open::{self, Files, Opened, OpenedMap};
-use crate::scene::Scene;
-use crate::settings::{Displace, Settings, Shading};
 use image::{Rgba, RgbaImage};
 use planish_files::bake_files::{Baked, Job};
 use planish_files::failure::Failure;
@@ -16,68 +14,70 @@ use planish_geometry::map::displacement::Displacement;
 use planish_geometry::map::manifest::{self, Manifest};
 use planish_geometry::progress::Progress;
 use planish_geometry::source::model::Model;
+use planish_render::scene::Scene;
+use planish_render::settings::{Displace, Settings, Shading};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A mesh that was read.
+/// Mesh that was read from a file.
 #[derive(Debug)]
 pub struct Document {
-    /// Where it lies.
+    /// Path of the mesh.
     pub mesh: PathBuf,
-    /// What is in it.
+    /// Model that was read from the file.
     pub model: Model,
-    /// The same as `planish info` says.
+    /// Report on the mesh, as `planish info` prints it.
     pub info: Info,
-    /// What is drawn until there is another map.
+    /// Scene that is drawn until there is a map.
     pub scene: Arc<Scene>,
 }
 
-/// A map that can be shown.
+/// Displacement map that can be shown.
 #[derive(Debug)]
 pub struct Map {
-    /// The mesh with the map on it.
+    /// Scene of the mesh with the map attached.
     pub scene: Arc<Scene>,
-    /// What is known of the map.
+    /// Manifest of the map.
     pub manifest: Manifest,
     /// Vertices of the mesh as the map displaces them, one for each `v` line. #v
     pub vertices: Vec<ShaderVertex>,
-    /// Its heights as greys, or its vectors as colours.
+    /// Picture of the map: heights as greys, or vectors as colours.
     pub picture: RgbaImage,
-    /// Why its layout and size are what they are, in words.
+    /// Reasons for the layout and size of the map, in words.
     pub reasons: Vec<String>,
-    /// What the user should know.
+    /// Warnings about the bake.
     pub warnings: Vec<String>,
-    /// Where it is from.
+    /// Origin of the map.
     pub origin: Origin,
 }
 
-/// Where a map is from.
+/// Origin of a map.
 #[derive(Debug)]
 pub enum Origin {
-    /// Read from a file.
+    /// The map was read from this file.
     File(PathBuf),
-    /// Baked here, for a folder.
+    /// The map was baked here, for a folder.
     Baked {
-        /// By this.
-        recipe: Box<Recipe>,
-        /// For this folder.
+        /// Configuration of the bake.
+        bake_config: Box<BakeConfig>,
+        /// Folder that the files are for.
         folder: PathBuf,
-        /// Files to write.
+        /// Files of the bake, as bytes.
         baked: Box<Baked>,
     },
 }
 
 impl Map {
-    /// The decoded map.
+    /// Returns the decoded map.
     pub fn displacement(&self) -> Option<&Displacement> {
-        self.scene.relief.as_ref().map(|relief| &relief.map)
+        self.scene.displacement.as_ref().map(|binding| &binding.map)
     }
 }
 
-/// What can be opened.
+/// Kinds of files that can be opened.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// A mesh.
+    /// An OBJ mesh.
     Mesh,
     /// The manifest of a map.
     Manifest,
@@ -85,7 +85,7 @@ pub enum Kind {
     Picture,
 }
 
-/// What a path names, by its ending.
+/// Returns the kind of file that a path names, by its extension.
 pub fn kind(path: &Path) -> Option<Kind> {
     let ending = path.extension()?.to_string_lossy().to_lowercase();
     match ending.as_str() {
@@ -163,7 +163,7 @@ const LARGEST_PICTURE: u32 = 1024;
 
 /// The map of a scene with its texels as greys, or as colours; every n-th texel where there are more than can be shown.
 fn picture(scene: &Scene) -> RgbaImage {
-    let Some(map) = scene.relief.as_ref().map(|relief| &relief.map) else {
+    let Some(map) = scene.displacement.as_ref().map(|binding| &binding.map) else {
         return RgbaImage::from_pixel(1, 1, Rgba([128, 128, 128, u8::MAX]));
     };
     let size = map.size();
@@ -181,16 +181,22 @@ fn picture(scene: &Scene) -> RgbaImage {
 }
 
 /// Bakes a map for a folder, without writing it.
-pub fn bake(document: &Document, recipe: &Recipe, folder: &Path, progress: &dyn Progress) -> Result<Map, Failure> {
-    let read: Vec<PathBuf> = recipe.limits.mask.iter().cloned().collect();
+pub fn bake(
+    document: &Document,
+    bake_config: &BakeConfig,
+    folder: &Path,
+    progress: &dyn Progress,
+) -> Result<Map, Failure> {
+    let read: Vec<PathBuf> = bake_config.limits.mask.iter().cloned().collect();
     let job = Job { input: &document.mesh, model: &document.model, folder, spared: &read };
     let mut scene = (*document.scene).clone();
-    let settings = recipe.settings(&job)?;
+    let settings = bake_config.settings(&job)?;
     let (map, baked) = open::bake_map(&mut scene, &job, &settings, progress)?;
     let OpenedMap { manifest, vertices } = map;
     let reasons = baked.bundle.choice.iter().map(ToString::to_string).collect();
     let (warnings, picture) = (baked.warnings.clone(), picture(&scene));
-    let origin = Origin::Baked { recipe: Box::new(recipe.clone()), folder: folder.to_owned(), baked: Box::new(baked) };
+    let origin =
+        Origin::Baked { bake_config: Box::new(bake_config.clone()), folder: folder.to_owned(), baked: Box::new(baked) };
     Ok(Map { scene: Arc::new(scene), manifest, vertices, picture, reasons, warnings, origin })
 }
 

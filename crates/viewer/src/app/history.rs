@@ -1,4 +1,4 @@
-//! Undo and redo.
+//! History of a value, for undo and redo.
 
 /// Whether the user is in the middle of a gesture, such as the drag of a slider.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -11,13 +11,13 @@ use std::time::{Duration, Instant};
 /// Tells whoever looks at results that there is something to see; called from any thread.
 pub type Wake = Arc<dyn Fn() + Send + Sync>;
 
-/// How often progress wakes the one who looks, at most.
+/// Shortest time between two wake-ups for progress.
 const NEWS_EVERY: Duration = Duration::from_millis(50);
 
-/// What a job and its owner share.
+/// State that a job and its owner share.
 pub struct Ticket {
     state: Mutex<State>,
-    /// In thousandths.
+    /// Progress of the stage, in thousandths.
     done: AtomicU32,
     cancelled: AtomicBool,
     wake: Wake,
@@ -64,24 +64,24 @@ impl Progress for Ticket {
     }
 }
 
-/// Where a job is.
+/// Progress of a job.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Status {
-    /// What it does.
+    /// Name of the current stage.
     pub stage: &'static str,
-    /// Share of the stage, 0..=1.
+    /// Fraction of the stage that is done, 0..=1.
     pub done: f32,
-    /// Since when it runs.
+    /// Time for which the job has been running.
     pub running: Duration,
-    /// Whether it was asked to stop and has not yet.
+    /// Whether the job was asked to stop and has not stopped yet.
     pub stopping: bool,
 }
 
-/// A place for one kind of work. A new job replaces the one before, whose result is never seen, however late it comes;
+/// Slot for one kind of work. A new job replaces the one before, whose result is never seen, however late it comes;
 /// the new one begins when the old one has stopped, so that work does not pile up.
 pub struct Slot<T> {
     running: Option<Running<T>>,
-    /// Of a job that was replaced or let go.
+    /// Thread of a job that was replaced or dropped.
     leaving: Option<JoinHandle<()>>,
     wake: Wake,
 }
@@ -89,7 +89,7 @@ pub struct Slot<T> {
 struct Running<T> {
     ticket: Arc<Ticket>,
     result: Receiver<Result<T, Failure>>,
-    /// None where the system gave no thread, which is then the result.
+    /// Thread of the job; none where the system gave no thread, which is then the result.
     thread: Option<JoinHandle<()>>,
     since: Instant,
 }
@@ -104,12 +104,12 @@ impl Drop for WakeWhenDropped {
 }
 
 impl<T: Send + 'static> Slot<T> {
-    /// Nothing to do yet.
+    /// Creates a slot without a job.
     pub fn new(wake: Wake) -> Self {
         Self { running: None, leaving: None, wake }
     }
 
-    /// Begins, instead of whatever is running.
+    /// Starts a job in place of whatever is running.
     pub fn start(&mut self, work: impl FnOnce(&Ticket) -> Result<T, Failure> + Send + 'static) {
         self.drop_running();
         let before = self.leaving.take();
@@ -141,7 +141,7 @@ impl<T: Send + 'static> Slot<T> {
         self.running = Some(Running { ticket, result, thread, since: Instant::now() });
     }
 
-    /// The result, once.
+    /// Takes the result, which is returned once.
     pub fn poll(&mut self) -> Option<Result<T, Failure>> {
         let running = self.running.as_ref()?;
         let outcome = match running.result.try_recv() {
@@ -163,7 +163,7 @@ impl<T: Send + 'static> Slot<T> {
         }
     }
 
-    /// Where the job is; none if there is none.
+    /// Returns the progress of the job; none if there is none.
     pub fn status(&self) -> Option<Status> {
         let Running { ticket, since, .. } = self.running.as_ref()?;
         Some(Status {
@@ -206,8 +206,8 @@ impl<T> Drop for Slot<T> {
     }
 }
 
-/// Lets go of something large, whose memory takes longer to give back than a frame may.
-pub fn discard(large: impl Send + 'static) {
+/// Drops something large on a thread of its own: giving its memory back takes longer than a frame may.
+pub fn drop_in_background(large: impl Send + 'static) {
     // Where no thread can be started it is dropped here, with the closure.
     let _ = std::thread::Builder::new().name("planish-discard".to_owned()).spawn(move || drop(large));
 }

@@ -1,4 +1,4 @@
-//! How far the open mesh is from a clean one, as it is and with its map.
+//! Comparison of the open mesh with a clean one, without and with its map.
 
 use super::document::{Document, Map};
 use planish_files::failure::Failure;

@@ -1,46 +1,46 @@
-//! What the user is told.
+//! Messages to the user.
 
 use super::App;
 use planish_files::failure::Failure;
 use std::time::{Duration, Instant};
 
-/// How long good news are shown.
+/// Time for which messages that are no errors are shown.
 const NEWS_STAY: Duration = Duration::from_secs(10);
 
-/// Something to tell the user.
+/// Message to the user.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Message {
-    /// How bad it is.
+    /// Severity of a message.
     pub kind: MessageKind,
-    /// One sentence.
+    /// Text of the message, one sentence.
     pub text: String,
-    /// When it goes away by itself; errors stay until they are put away.
+    /// Time at which the message disappears by itself; errors stay until they are dismissed.
     until: Option<Instant>,
 }
 
-/// How bad it is.
+/// Severity of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MessageKind {
-    /// All is well.
+    /// Something was done.
     Done,
-    /// All is well, but.
+    /// Something was done, with a reservation.
     Warning,
     /// Something could not be done.
     Error,
 }
 
 impl App {
-    /// What the user was told and has not put away.
+    /// Returns the messages that have not been dismissed.
     pub fn messages(&self) -> &[Message] {
         &self.messages
     }
-    /// Puts a message away.
+    /// Dismisses a message.
     pub fn dismiss(&mut self, index: usize) {
         if index < self.messages.len() {
             self.messages.remove(index);
         }
     }
-    /// Tells the user something.
+    /// Adds a message.
     pub fn say(&mut self, kind: MessageKind, text: impl Into<String>) {
         let text = text.into();
         // The same again says nothing new.
@@ -48,7 +48,7 @@ impl App {
         let until = (kind != MessageKind::Error).then(|| self.now + NEWS_STAY);
         self.messages.push(Message { kind, text, until });
     }
-    /// Tells the user what could not be done; an interruption is no news.
+    /// Adds a message about a failure; an interruption is not reported.
     pub(crate) fn fail(&mut self, failure: &Failure) {
         match failure {
             Failure::Interrupted => {}
@@ -56,13 +56,13 @@ impl App {
         }
     }
 
-    /// Forgets the news that have been shown for long enough.
+    /// Removes the messages that have been shown for long enough.
     pub(super) fn forget_old_news(&mut self) {
         let now = self.now;
         self.messages.retain(|message| message.until.is_none_or(|until| now < until));
     }
 
-    /// When the next news are old.
+    /// Returns the time at which the next message disappears.
     pub(super) fn news_end(&self) -> Option<Instant> {
         self.messages.iter().filter_map(|message| message.until).min()
     }

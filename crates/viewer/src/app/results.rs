@@ -1,13 +1,13 @@
-//! What becomes of the results of work in the background.
+//! Handling of the results of work in the background.
 
+use super::bake_config::BakeConfig;
 use super::document::{Document, Map, Origin};
 use super::history::History;
 use super::measurement::Clean;
-use super::recipe::Recipe;
 use super::schedule::without_camera;
 use super::{App, MessageKind, jobs};
-use crate::camera::Camera;
 use planish_files::failure::Failure;
+use planish_render::settings::camera::Camera;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -60,27 +60,28 @@ impl App {
             watched.push(path.clone());
         }
         self.watch.these(&watched);
-        self.remembered.opened(&path);
+        self.window_state.opened(&path);
         if let Some(map) = &map {
-            self.choices.recipe = Recipe::of(&map.manifest, &path);
+            self.choices.bake_config = BakeConfig::of(&map.manifest, &path);
             self.choices.view.displace.lambda = map.manifest.displacement.lambda as f32;
         } else {
-            self.choices.recipe.settings.welding = <_>::default();
+            self.choices.bake_config.settings.welding = <_>::default();
         }
         if !again && map.is_none() {
-            self.choices.recipe.target = None;
-            (self.choices.recipe.limits.mask, self.choices.recipe.limits.lines) = <_>::default();
+            self.choices.bake_config.target = None;
+            (self.choices.bake_config.limits.mask, self.choices.bake_config.limits.lines) = <_>::default();
         }
         if !again {
             self.choices.view.camera = Camera { up: self.choices.view.camera.up, ..<_>::default() };
         }
         (self.choices.view.displace.bias, self.choices.view.displace.scale) = (None, None);
-        jobs::discard(self.document.replace(Arc::new(document)));
+        jobs::drop_in_background(self.document.replace(Arc::new(document)));
         self.source = Some(path);
-        let recipe = self.choices.recipe.clone();
-        (self.begun, self.shown) = if map.is_some() { (Some(recipe.clone()), Some(recipe)) } else { (None, None) };
-        self.seen = self.choices.recipe.clone();
-        jobs::discard(std::mem::replace(&mut self.map, map.map(Arc::new)));
+        let bake_config = self.choices.bake_config.clone();
+        (self.begun, self.shown) =
+            if map.is_some() { (Some(bake_config.clone()), Some(bake_config)) } else { (None, None) };
+        self.seen = self.choices.bake_config.clone();
+        jobs::drop_in_background(std::mem::replace(&mut self.map, map.map(Arc::new)));
         if !again {
             let mut now = self.choices.clone();
             without_camera(&mut now);
@@ -102,10 +103,10 @@ impl App {
     }
 
     fn put(&mut self, map: Map) {
-        if let Origin::Baked { recipe, .. } = &map.origin {
-            self.shown = Some((**recipe).clone());
+        if let Origin::Baked { bake_config, .. } = &map.origin {
+            self.shown = Some((**bake_config).clone());
         }
-        jobs::discard(self.map.replace(Arc::new(map)));
+        jobs::drop_in_background(self.map.replace(Arc::new(map)));
     }
 
     fn take_saved(&mut self) {

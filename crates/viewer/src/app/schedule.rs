@@ -1,15 +1,15 @@
-//! What the passing of time and changed choices set off: bakes, measurements and steps of undo.
+//! Schedule of bakes, measurements and steps of undo after changed choices.
 
 use super::history::Gesture;
 use super::measurement::{self, Measured};
 use super::{App, Choices, Rebake};
-use crate::camera::Camera;
-use crate::settings::{Settings, Size};
 use planish_files::failure::Failure;
+use planish_render::settings::camera::Camera;
+use planish_render::settings::{Settings, Size};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// How long nothing must change before a new bake begins.
+/// Time for which nothing must change before a new bake begins.
 pub const DEBOUNCE: Duration = Duration::from_millis(250);
 
 impl App {
@@ -29,19 +29,19 @@ impl App {
         self.news_end().into_iter().chain(self.due).min()
     }
 
-    /// Goes back a step.
+    /// Undoes a step.
     pub fn undo(&mut self) {
         if let Some(before) = self.history.undo() {
             self.go_to(before);
         }
     }
-    /// Goes forth again.
+    /// Redoes a step.
     pub fn redo(&mut self) {
         if let Some(after) = self.history.redo() {
             self.go_to(after);
         }
     }
-    /// Whether there is something to undo, and to redo.
+    /// Returns whether there is something to undo, and to redo.
     pub fn can_undo_redo(&self) -> [bool; 2] {
         self.history.can()
     }
@@ -57,13 +57,13 @@ impl App {
         self.history.note(&choices, gesture);
     }
 
-    /// A changed recipe is baked once it has not changed for a while.
+    /// Starts a bake once the settings have not changed for a while.
     fn schedule_bake(&mut self) {
-        if self.choices.recipe != self.seen {
-            self.seen = self.choices.recipe.clone();
+        if self.choices.bake_config != self.seen {
+            self.seen = self.choices.bake_config.clone();
             self.due = Some(self.now + DEBOUNCE);
         }
-        if self.document.is_none() || self.begun.as_ref() == Some(&self.choices.recipe) {
+        if self.document.is_none() || self.begun.as_ref() == Some(&self.choices.bake_config) {
             self.due = None;
             return;
         }
@@ -74,7 +74,7 @@ impl App {
             return;
         }
         let Some(due) = self.due else { return };
-        // What is being baked is not wanted any more.
+        // What is being baked is out of date.
         self.baking.drop_running();
         if self.rebake == Rebake::OnDemand {
             self.due = None;
@@ -101,12 +101,12 @@ impl App {
     fn schedule_measurement(&mut self) {
         let (Some(clean), Some(document)) = (self.clean.clone(), self.document.clone()) else { return };
         let lambda = self.choices.view.displace.lambda;
-        let wanted = (lambda, self.map.as_ref().map(|map| Arc::as_ptr(map) as usize));
+        let key = (lambda, self.map.as_ref().map(|map| Arc::as_ptr(map) as usize));
         // A measurement that is under way is let finish, so that numbers come while λ moves.
-        if self.measured_for == Some(wanted) || self.measuring.is_busy() {
+        if self.measured_for == Some(key) || self.measuring.is_busy() {
             return;
         }
-        self.measured_for = Some(wanted);
+        self.measured_for = Some(key);
         let (map, known) = (self.map.clone(), self.measured.as_ref().map(Measured::known));
         self.measuring.start(move |ticket| {
             let map = map.as_deref().map(|map| (map, lambda));

@@ -25,7 +25,7 @@ impl Bench {
             // At the end of a test nobody listens any more.
             let _ = wake.send(());
         });
-        let bench = Self { app: App::new(&wake, Remembered::default()), folder, woken, now: Instant::now() };
+        let bench = Self { app: App::new(&wake, WindowState::default()), folder, woken, now: Instant::now() };
         fs::write(bench.path("in.obj"), sphere()).unwrap();
         bench
     }
@@ -142,7 +142,7 @@ fn a_change_is_baked_when_it_has_settled_and_the_last_result_stays_until_then() 
     let mut bench = Bench::baked();
     let first = Arc::clone(bench.app.map().unwrap());
     for i in 0..5 {
-        bench.app.choices.recipe.settings.lambda.0 = 0.1 * f64::from(i);
+        bench.app.choices.bake_config.settings.lambda.0 = 0.1 * f64::from(i);
         bench.tick_after(DEBOUNCE / 2, Gesture::Ongoing);
         assert!(bench.app.status(Work::Bake).is_none(), "still moving");
     }
@@ -159,7 +159,7 @@ fn a_stopped_bake_leaves_the_last_result_and_can_be_asked_for_again() {
     let first = Arc::clone(bench.app.map().unwrap());
     let mut taubin = Denoiser::named("taubin").unwrap();
     taubin.set("iterations", 100_000).unwrap();
-    bench.app.choices.recipe.denoiser = taubin;
+    bench.app.choices.bake_config.denoiser = taubin;
     bench.until("begun", |app| app.status(Work::Bake).is_some());
     bench.app.cancel(Work::Bake);
     bench.until("stopped", |app| app.status(Work::Bake).is_none());
@@ -167,7 +167,7 @@ fn a_stopped_bake_leaves_the_last_result_and_can_be_asked_for_again() {
     assert_eq!(bench.app.messages()[0].text, "stopped; the last result stays");
     bench.tick_after(2 * DEBOUNCE, Gesture::None);
     assert!(bench.app.status(Work::Bake).is_none(), "stopped is stopped");
-    bench.app.choices.recipe.denoiser = <_>::default();
+    bench.app.choices.bake_config.denoiser = <_>::default();
     bench.until("as before", App::is_baked);
 }
 
@@ -246,10 +246,10 @@ fn undo_goes_back_over_choices_and_not_over_the_camera() {
     bench.app.choices.view.displace.lambda = 0.25;
     bench.tick();
     bench.app.choices.view.camera.yaw = 99.0;
-    bench.app.choices.recipe.settings.lambda.0 = 0.5;
+    bench.app.choices.bake_config.settings.lambda.0 = 0.5;
     bench.tick();
     bench.app.undo();
-    assert_eq!(bench.app.choices.recipe.settings.lambda.0, 1.0);
+    assert_eq!(bench.app.choices.bake_config.settings.lambda.0, 1.0);
     bench.app.undo();
     assert_eq!((bench.app.choices.view.displace.lambda, bench.app.choices.view.camera.yaw), (1.0, 99.0));
     assert_eq!(bench.app.can_undo_redo(), [false, true]);

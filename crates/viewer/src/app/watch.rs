@@ -8,7 +8,7 @@ use std::time::{Duration, SystemTime};
 
 const EVERY: Duration = Duration::from_millis(500);
 
-/// When a file was written and how long it is; none where it is gone.
+/// Time of the last write and length of a file; none where it is gone.
 type Stamp = Option<(SystemTime, u64)>;
 
 fn stamp(path: &Path) -> Stamp {
@@ -18,14 +18,14 @@ fn stamp(path: &Path) -> Stamp {
 
 struct Watched {
     path: PathBuf,
-    /// As it was read.
+    /// Stamp of the file as it was read.
     known: Stamp,
-    /// As it was at the last look.
+    /// Stamp of the file at the last look.
     last: Stamp,
     changed: bool,
 }
 
-/// Watches some files.
+/// Watcher of a list of files.
 pub struct Watch {
     files: Arc<Mutex<Vec<Watched>>>,
 }

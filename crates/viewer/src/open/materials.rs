@@ -1,11 +1,11 @@
 //! Textures that the materials of a mesh name.
 
 use super::picture;
-use crate::texture::{Content, Texture, Textures};
 use planish_files::input;
 use planish_geometry::source::Source;
 use planish_geometry::source::materials::{self, Material};
 use planish_geometry::source::model::Model;
+use planish_render::texture::{Content, Texture, Textures};
 use std::path::{Path, PathBuf};
 
 /// Each triangle gets the texture of its face's material. What cannot be read is left out, with a word about it: the mesh
@@ -16,10 +16,10 @@ pub(super) fn textures(mesh: &Path, model: &Model, warnings: &mut Vec<String>) -
     let mut texture_of = |name: &[u8]| -> Option<u32> {
         let material = known.iter().find(|material| material.name.as_bytes() == name.trim_ascii())?;
         let file = material.diffuse_texture.clone()?;
-        if let Some((_, place)) = files.iter().find(|(known, _)| *known == file) {
-            return *place;
+        if let Some((_, index)) = files.iter().find(|(known, _)| *known == file) {
+            return *index;
         }
-        let place = match picture(&beside(mesh, &file), Content::Colour) {
+        let index = match picture(&sibling(mesh, &file), Content::Colour) {
             Ok(texture) => {
                 all.push(texture);
                 Some(all.len() as u32 - 1)
@@ -29,8 +29,8 @@ pub(super) fn textures(mesh: &Path, model: &Model, warnings: &mut Vec<String>) -
                 None
             }
         };
-        files.push((file, place));
-        place
+        files.push((file, index));
+        index
     };
     let of_materials: Vec<Option<u32>> = model.data().materials().iter().map(|name| texture_of(name)).collect();
     let surface = model.surface();
@@ -56,6 +56,6 @@ fn materials(mesh: &Path, source: &Source, warnings: &mut Vec<String>) -> Vec<Ma
 }
 
 /// Windows' backslashes are read everywhere.
-fn beside(mesh: &Path, name: &str) -> PathBuf {
+fn sibling(mesh: &Path, name: &str) -> PathBuf {
     mesh.with_file_name(name.replace('\\', "/"))
 }

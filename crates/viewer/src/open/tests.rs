@@ -1,8 +1,8 @@
 //! Laws of what is read and baked for a picture.
 
 use super::*;
-use crate::settings::Displace;
 use image::{Rgba, RgbaImage};
+use planish_render::settings::Displace;
 use std::io::Cursor;
 
 #[test]

@@ -20,11 +20,11 @@ pub(super) enum FilePurpose {
     Environment,
 }
 
-/// An open dialog.
+/// File dialog that is open.
 pub(super) struct Dialog {
     purpose: Purpose,
     text: String,
-    /// What is listed, and of which folder.
+    /// Folder that is listed, and its entries.
     listed: Option<(PathBuf, Vec<Entry>)>,
     fresh: bool,
 }
@@ -41,19 +41,19 @@ struct Entry {
     is_folder: bool,
 }
 
-/// What came of it.
+/// Outcome of a frame of the dialog.
 pub(super) enum Outcome {
-    /// Still open.
+    /// The dialog is still open.
     Open,
-    /// Nothing was chosen.
+    /// The dialog was closed without a choice.
     Closed,
-    /// This is to be opened.
+    /// The user has chosen this file.
     File(FilePurpose, PathBuf),
-    /// The map goes there.
+    /// The user has chosen the folder to save the map to.
     SaveTo(PathBuf),
 }
 
-/// So many entries fit into one's head.
+/// Largest number of entries that are listed.
 const MOST_ENTRIES: usize = 2000;
 
 impl Dialog {
@@ -75,10 +75,10 @@ impl Dialog {
             Purpose::Open(FilePurpose::Open) => ("Open a mesh or a map", "Open"),
             Purpose::Open(FilePurpose::Clean) => ("The clean mesh", "Compare"),
             Purpose::Open(FilePurpose::Environment) => {
-                ("A picture of what is all around, or a folder with six faces", "Take")
+                ("A picture of what is all around, or a folder with six faces", "Use")
             }
-            Purpose::Open(FilePurpose::Mask) => ("Numbers of `v` lines that stay", "Take"),
-            Purpose::Open(FilePurpose::Target) => ("The result of another denoiser", "Take"),
+            Purpose::Open(FilePurpose::Mask) => ("Numbers of `v` lines that stay", "Use"),
+            Purpose::Open(FilePurpose::Target) => ("The result of another denoiser", "Use"),
             Purpose::Save => ("Save the map to a folder", "Save"),
         };
         let mut outcome = Outcome::Open;
@@ -115,7 +115,7 @@ impl Dialog {
         if open || !matches!(outcome, Outcome::Open) { outcome } else { Outcome::Closed }
     }
 
-    /// What is in the folder that is typed; an entry that was clicked, and whether it was clicked twice.
+    /// Lists the folder that is typed; returns an entry that was clicked, and sets `chosen` where it was clicked twice.
     fn list(&mut self, ui: &mut egui::Ui, typed: &Path, chosen: &mut bool) -> Option<Entry> {
         let ends = self.text.ends_with(std::path::is_separator);
         let folder = if ends { typed } else { typed.parent().unwrap_or(typed) };

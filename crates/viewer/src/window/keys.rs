@@ -1,14 +1,14 @@
 //! The keyboard, and the list of what it does.
 
-use super::controls::{self, Standard};
 use super::dialog::{Dialog, FilePurpose};
-use super::session::{Action, Comparing, Session};
+use super::orbit::{self, Standard};
+use super::ui_state::{Action, Comparing, UiState};
 use crate::app::{App, Work};
-use crate::settings::{Overlay, Shading};
 use egui::{Key, Modifiers};
+use planish_render::settings::{Overlay, Shading};
 
-/// What a key does.
-type Effect = fn(&mut App, &mut Session);
+/// Effect of a key.
+type Effect = fn(&mut App, &mut UiState);
 
 const NONE: Modifiers = Modifiers::NONE;
 const COMMAND: Modifiers = Modifiers::COMMAND;
@@ -32,7 +32,7 @@ const STEP: f32 = 0.05;
 /// The largest λ of slider and keys.
 pub(super) const MOST_LAMBDA: f32 = 1.5;
 
-fn turn(app: &mut App, by: f32) {
+fn step_lambda(app: &mut App, by: f32) {
     let lambda = &mut app.choices.view.displace.lambda;
     // Steps land on round numbers, wherever the slider was.
     *lambda = (((*lambda + by) / STEP).round() * STEP).clamp(0.0, MOST_LAMBDA);
@@ -55,8 +55,8 @@ fn bindings() -> [Binding; 27] {
             s.actions.extend(a.command().map(Action::Copy));
         }),
         on(COMMAND, Key::Q, "quit", |_, s| s.actions.push(Action::Quit)),
-        on(NONE, Key::ArrowUp, "more λ", |a, _| turn(a, STEP)),
-        on(NONE, Key::ArrowDown, "less λ", |a, _| turn(a, -STEP)),
+        on(NONE, Key::ArrowUp, "more λ", |a, _| step_lambda(a, STEP)),
+        on(NONE, Key::ArrowDown, "less λ", |a, _| step_lambda(a, -STEP)),
         on(NONE, Key::Num0, "λ = 0: the mesh as it is", |a, _| a.choices.view.displace.lambda = 0.0),
         on(NONE, Key::Num1, "λ = 1: denoised", |a, _| a.choices.view.displace.lambda = 1.0),
         on(NONE, Key::Space, "split view: noisy | denoised", |_, s| s.compare(Comparing::Split)),
@@ -68,9 +68,9 @@ fn bindings() -> [Binding; 27] {
             let overlay = &mut a.choices.view.overlay;
             *overlay = if *overlay == Overlay::Wireframe { Overlay::None } else { Overlay::Wireframe };
         }),
-        on(NONE, Key::F, "fit the model", |a, _| controls::fit(&mut a.choices.view.camera)),
+        on(NONE, Key::F, "fit the model", |a, _| orbit::fit(&mut a.choices.view.camera)),
         on(NONE, Key::P, "perspective or parallel rays", |a, _| {
-            controls::switch_projection(&mut a.choices.view.camera);
+            orbit::switch_projection(&mut a.choices.view.camera);
         }),
         on(NONE, Key::Num5, "from the front", |a, _| Standard::Front.show(&mut a.choices.view.camera)),
         on(NONE, Key::Num6, "from the side", |a, _| Standard::Right.show(&mut a.choices.view.camera)),
@@ -89,12 +89,12 @@ fn bindings() -> [Binding; 27] {
 }
 
 /// Does what was typed, unless it was typed into a field.
-pub(super) fn take(context: &egui::Context, app: &mut App, session: &mut Session) {
+pub(super) fn take(context: &egui::Context, app: &mut App, ui_state: &mut UiState) {
     if context.text_edit_focused() {
         return;
     }
     if context.input(|i| i.events.iter().any(|e| matches!(e, egui::Event::Text(text) if text == "?"))) {
-        session.help = !session.help;
+        ui_state.help = !ui_state.help;
     }
     // Moving the focus with arrows is for those who use no mouse, and a focused widget needs the arrows and the space bar.
     let focused = context.memory(|m| m.focused().is_some());
@@ -104,12 +104,12 @@ pub(super) fn take(context: &egui::Context, app: &mut App, session: &mut Session
             continue;
         }
         if context.input_mut(|i| i.consume_key(binding.modifiers, binding.key)) {
-            (binding.effect)(app, session);
+            (binding.effect)(app, ui_state);
         }
     }
 }
 
-/// What the mouse does.
+/// List of what the mouse does.
 const MOUSE: [(&str, &str); 6] = [
     ("drag", "turn"),
     ("right or middle drag, Shift drag", "move"),
@@ -120,8 +120,8 @@ const MOUSE: [(&str, &str); 6] = [
 ];
 
 /// The list of keys.
-pub(super) fn help(context: &egui::Context, session: &mut Session) {
-    let mut shown = session.help;
+pub(super) fn help(context: &egui::Context, ui_state: &mut UiState) {
+    let mut shown = ui_state.help;
     let window = egui::Window::new("Keys and mouse").open(&mut shown).collapsible(false).resizable(false);
     let keys = bindings().map(|Binding { modifiers, key, words, .. }| {
         (context.format_shortcut(&egui::KeyboardShortcut::new(modifiers, key)), words)
@@ -144,10 +144,10 @@ pub(super) fn help(context: &egui::Context, session: &mut Session) {
             });
         });
     });
-    session.help = shown;
+    ui_state.help = shown;
 }
 
-impl Session {
+impl UiState {
     /// Compares this way, or no more.
     pub(super) fn compare(&mut self, how: Comparing) {
         self.comparing = if self.comparing == how { Comparing::Off } else { how };

@@ -1,7 +1,7 @@
-//! What happens, one JSON object a line: frames with the time they took, and the state whenever it changes. For measuring,
-//! and for whoever drives the window from outside.
+//! Log of the window, one JSON object a line: frames with the time they took, and the state whenever it changes. It serves
+//! measurements, and tests that drive the window from outside.
 
-use super::session::Session;
+use super::ui_state::UiState;
 use crate::app::{App, Work};
 use planish_files::failure::Failure;
 use planish_files::input;
@@ -42,24 +42,24 @@ impl Log {
     }
 
     /// The state, where it has changed.
-    pub(super) fn state(&mut self, app: &App, session: &mut Session, pixels_per_point: f32) {
+    pub(super) fn state(&mut self, app: &App, ui_state: &mut UiState, pixels_per_point: f32) {
         if self.file.is_none() {
             return;
         }
         let rect = |r: egui::Rect| [r.min.x, r.min.y, r.max.x, r.max.y].map(|x| (x * pixels_per_point).round());
         let marks: serde_json::Map<_, _> =
-            session.take_marks().into_iter().map(|(name, r)| (name, json!(rect(r)))).collect();
+            ui_state.take_marks().into_iter().map(|(name, r)| (name, json!(rect(r)))).collect();
         let messages: Vec<&str> = app.messages().iter().map(|m| m.text.as_str()).collect();
         let state = json!({
             "mesh": app.document().map(|d| d.mesh.display().to_string()),
             "method": app.map().map(|m| &m.manifest.method),
-            "wanted": app.choices.recipe.denoiser.name(),
+            "wanted": app.choices.bake_config.denoiser.name(),
             "lambda": app.choices.view.displace.lambda,
             "baked": app.is_baked(),
             "measured": app.measured().map(|m| [Some(m.noisy().ea), m.displaced.as_ref().map(|d| d.1.ea)]),
             "busy": busy(app),
-            "showing": session.showing.is_some(),
-            "comparing": format!("{:?}", session.comparing),
+            "showing": ui_state.showing.is_some(),
+            "comparing": format!("{:?}", ui_state.comparing),
             "messages": messages,
             "widgets": marks,
         });

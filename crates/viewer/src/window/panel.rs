@@ -1,41 +1,41 @@
 //! The panel: everything that can be chosen, and everything that is known. Values and widgets only; it needs no GPU.
 
 mod compare;
-mod look;
 mod map;
 mod mesh;
 mod method;
+mod view_settings;
 
 use super::dialog::{Dialog, FilePurpose, Outcome};
-use super::session::{Action, Session};
-use super::{keys, take, view};
+use super::ui_state::{Action, UiState};
+use super::{keys, take, viewport};
 use crate::app::App;
 use egui::{Context, Ui};
 
-/// The whole window.
-pub fn show(ui: &mut Ui, app: &mut App, session: &mut Session) {
+/// Draws the whole window.
+pub fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     let context = ui.ctx().clone();
-    keys::take(&context, app, session);
-    if !session.panel_hidden {
+    keys::take(&context, app, ui_state);
+    if !ui_state.panel_hidden {
         egui::Panel::right("panel").resizable(true).default_size(330.0).show(ui, |ui| {
-            egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| all(ui, app, session));
+            egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| all(ui, app, ui_state));
         });
     }
-    egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| view::show(ui, app, session));
-    keys::help(&context, session);
-    dialog(&context, app, session);
+    egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| viewport::show(ui, app, ui_state));
+    keys::help(&context, ui_state);
+    dialog(&context, app, ui_state);
 }
 
-fn all(ui: &mut Ui, app: &mut App, session: &mut Session) {
+fn all(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     ui.add_space(4.0);
-    buttons(ui, app, session);
+    buttons(ui, app, ui_state);
     ui.separator();
-    lambda(ui, app, session);
-    look::shading(ui, app, session);
-    section(ui, "Denoise", true, |ui| method::show(ui, app, session));
-    section(ui, "Compare", true, |ui| compare::show(ui, app, session));
-    section(ui, "Map", true, |ui| map::show(ui, app, session));
-    section(ui, "View and light", false, |ui| look::show(ui, app, session));
+    lambda(ui, app, ui_state);
+    view_settings::shading(ui, app, ui_state);
+    section(ui, "Denoise", true, |ui| method::show(ui, app, ui_state));
+    section(ui, "Compare", true, |ui| compare::show(ui, app, ui_state));
+    section(ui, "Map", true, |ui| map::show(ui, app, ui_state));
+    section(ui, "View and light", false, |ui| view_settings::show(ui, app, ui_state));
     section(ui, "Mesh", true, |ui| mesh::show(ui, app));
 }
 
@@ -48,14 +48,14 @@ fn section(ui: &mut Ui, title: &str, open: bool, add: impl FnOnce(&mut Ui)) {
     });
 }
 
-fn buttons(ui: &mut Ui, app: &mut App, session: &mut Session) {
+fn buttons(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     ui.horizontal_wrapped(|ui| {
         let open = ui.button("Open …").on_hover_text("a mesh, or the manifest of a map");
-        session.mark("open", open.rect);
+        ui_state.mark("open", open.rect);
         if open.clicked() {
-            session.ask(FilePurpose::Open);
+            ui_state.ask(FilePurpose::Open);
         }
-        let recent = app.remembered.recent.clone();
+        let recent = app.window_state.recent.clone();
         ui.add_enabled_ui(!recent.is_empty(), |ui| {
             ui.menu_button("⏷", |ui| {
                 for path in recent {
@@ -67,9 +67,9 @@ fn buttons(ui: &mut Ui, app: &mut App, session: &mut Session) {
         });
         let save = ui.add_enabled(app.map().is_some(), egui::Button::new("Save map …"));
         let save = save.on_hover_text("the files that the command line would write");
-        session.mark("save", save.rect);
+        ui_state.mark("save", save.rect);
         if save.clicked() {
-            session.dialog = app.folder().map(|folder| Dialog::save(&folder));
+            ui_state.dialog = app.folder().map(|folder| Dialog::save(&folder));
         }
         let [undo, redo] = app.can_undo_redo();
         if ui.add_enabled(undo, egui::Button::new("⟲")).on_hover_text("undo").clicked() {
@@ -79,42 +79,42 @@ fn buttons(ui: &mut Ui, app: &mut App, session: &mut Session) {
             app.redo();
         }
         if ui.button("?").on_hover_text("keys and mouse (F1)").clicked() {
-            session.help = !session.help;
+            ui_state.help = !ui_state.help;
         }
     });
     ui.horizontal_wrapped(|ui| {
         let is_open = app.document().is_some();
         let shot = ui.add_enabled(is_open, egui::Button::new("Screenshot")).on_hover_text("beside the mesh (S)");
-        session.mark("screenshot", shot.rect);
+        ui_state.mark("screenshot", shot.rect);
         if shot.clicked() {
-            session.actions.push(Action::Screenshot);
+            ui_state.actions.push(Action::Screenshot);
         }
         let turn = ui.add_enabled(is_open, egui::Button::new("Turntable"));
-        session.mark("turntable", turn.rect);
-        let pictures = &mut session.turntable;
+        ui_state.mark("turntable", turn.rect);
+        let pictures = &mut ui_state.turntable;
         if turn.on_hover_text("pictures once around, in a folder beside the mesh").clicked() {
-            session.actions.push(Action::Turntable(*pictures));
+            ui_state.actions.push(Action::Turntable(*pictures));
         }
         ui.add_enabled(is_open, egui::DragValue::new(pictures).range(1..=3600).suffix(" pictures"));
     });
 }
 
-fn lambda(ui: &mut Ui, app: &mut App, session: &mut Session) {
+fn lambda(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     let lambda = &mut app.choices.view.displace.lambda;
     ui.horizontal(|ui| {
         ui.spacing_mut().slider_width = (ui.available_width() - 90.0).max(60.0);
         ui.label(egui::RichText::new("λ").size(18.0).strong());
         let slider = egui::Slider::new(lambda, 0.0..=keys::MOST_LAMBDA).fixed_decimals(2);
         let slider = ui.add(slider.clamping(egui::SliderClamping::Edits));
-        session.mark("λ", slider.rect);
+        ui_state.mark("λ", slider.rect);
         slider.on_hover_text("strength of the map: 0 is the mesh as it is, 1 is denoised (arrow keys, 0, 1)");
     });
 }
 
-fn dialog(context: &Context, app: &mut App, session: &mut Session) {
-    let Some(mut dialog) = session.dialog.take() else { return };
-    match dialog.show(context, |name, rect| session.mark(name, rect)) {
-        Outcome::Open => session.dialog = Some(dialog),
+fn dialog(context: &Context, app: &mut App, ui_state: &mut UiState) {
+    let Some(mut dialog) = ui_state.dialog.take() else { return };
+    match dialog.show(context, |name, rect| ui_state.mark(name, rect)) {
+        Outcome::Open => ui_state.dialog = Some(dialog),
         Outcome::Closed => {}
         Outcome::File(purpose, path) => take(app, purpose, &path),
         Outcome::SaveTo(folder) => app.save(&folder),
@@ -150,7 +150,7 @@ fn name<T: serde::Serialize>(value: &T) -> String {
     }
 }
 
-/// How the widgets look.
+/// Sets the style of the widgets.
 pub fn style(context: &Context) {
     context.all_styles_mut(|style| {
         style.spacing.item_spacing = egui::vec2(6.0, 4.0);

@@ -6,11 +6,11 @@ use egui::{Theme, vec2};
 use egui_kittest::kittest::Queryable as _;
 use egui_kittest::{Harness, SnapshotOptions};
 use planish_geometry::denoise::Denoiser;
+use planish_render::settings::{Overlay, Shading};
 use planish_viewer::app::jobs::Wake;
-use planish_viewer::app::remembered::Remembered;
+use planish_viewer::app::window_state::WindowState;
 use planish_viewer::app::{App, Gesture, MessageKind, Work};
-use planish_viewer::settings::{Overlay, Shading};
-use planish_viewer::window::{Session, panel};
+use planish_viewer::window::{UiState, panel};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -20,7 +20,7 @@ const CLEAN: &str = "../../data/duck_clean.obj";
 
 struct Window {
     app: App,
-    session: Session,
+    ui_state: UiState,
 }
 
 type Panel = Harness<'static, Window>;
@@ -50,21 +50,21 @@ fn until(app: &mut App, holds: impl Fn(&App) -> bool) {
 fn app() -> App {
     let test = std::thread::current();
     let wake: Wake = Arc::new(move || test.unpark());
-    App::new(&wake, Remembered::default())
+    App::new(&wake, WindowState::default())
 }
 
 /// A mesh with a map that only changes with the method that made it.
 fn baked(method: &str) -> App {
     let mut app = app();
-    app.choices.recipe.denoiser = Denoiser::named(method).unwrap();
+    app.choices.bake_config.denoiser = Denoiser::named(method).unwrap();
     app.open(Path::new(MESH));
     until(&mut app, App::is_baked);
     app
 }
 
 fn show(app: App, theme: Theme, height: f32) -> Panel {
-    let window = Window { app, session: Session::default() };
-    let draw = |ui: &mut egui::Ui, window: &mut Window| panel::show(ui, &mut window.app, &mut window.session);
+    let window = Window { app, ui_state: UiState::default() };
+    let draw = |ui: &mut egui::Ui, window: &mut Window| panel::show(ui, &mut window.app, &mut window.ui_state);
     let builder = Harness::builder().with_size(vec2(760.0, height)).with_theme(theme).wgpu();
     let mut panel = builder.with_context_setup(panel::style).build_ui_state(draw, window);
     panel.run();
@@ -163,7 +163,7 @@ fn a_method_is_chosen_from_the_list_and_baked() {
     panel.get_by_label("hc").click();
     panel.run();
     let app = &mut panel.state_mut().app;
-    assert_eq!(app.choices.recipe.denoiser.name(), "hc");
+    assert_eq!(app.choices.bake_config.denoiser.name(), "hc");
     until(app, |app| app.status(Work::Bake).is_some());
     until(app, App::is_baked);
     assert!(app.command().unwrap().contains("--method hc"));

@@ -1,12 +1,12 @@
 //! Settings as the shaders get them.
 
 use crate::camera::View;
+use crate::displaced_mesh::DisplacementBinding;
 use crate::draw_parameters::{LINE_WIDTH, derives_normals, heat_range, marble_frequency, normal_map_strength};
 use crate::gpu::shaders::Variant;
 use crate::gpu::types::{Displacement, Frame, Light};
 use crate::ground;
-use crate::lights::{Lamp, lamps};
-use crate::relief::Relief;
+use crate::lights::{WorldLight, world_lights};
 use crate::scene::Scene;
 use crate::settings::{Displace, Normals, Settings, Shading, Size};
 use glam::Mat4;
@@ -17,7 +17,7 @@ pub(super) struct Picture<'a> {
     pub(super) scene: &'a Scene,
     pub(super) settings: &'a Settings,
     pub(super) view: View,
-    /// Width / height.
+    /// Aspect ratio, width / height.
     pub(super) aspect: f32,
 }
 
@@ -60,16 +60,16 @@ pub(super) fn frame(picture: &Picture, scale: f32) -> Frame {
         (frame.heat_low, frame.heat_high, frame.has_heat) = (range.low, range.high, 1);
     }
     // HAS_NORMAL_MAP, HAS_HEIGHTS_IN_UV
-    let has = [scene.normal_map.is_some(), scene.relief.as_ref().is_some_and(Relief::in_uv)];
+    let has = [scene.normal_map.is_some(), scene.displacement.as_ref().is_some_and(DisplacementBinding::in_uv)];
     frame.has = (0..).zip(has).map(|(bit, has)| u32::from(has) << bit).sum();
-    for (slot, lamp) in frame.lights.iter_mut().zip(lamps(scene, settings, view)) {
-        let Lamp { place, radiance, axis, cos_outer, cos_inner } = lamp;
-        *slot = Light { place, radiance, cos_outer, axis, cos_inner };
+    for (slot, world_light) in frame.lights.iter_mut().zip(world_lights(scene, settings, view)) {
+        let WorldLight { position, radiance, axis, cos_outer, cos_inner } = world_light;
+        *slot = Light { place: position, radiance, cos_outer, axis, cos_inner };
     }
     frame
 }
 
-/// What the shaders are compiled for.
+/// Choices that the shaders are compiled for.
 pub(super) fn variant(scene: &Scene, settings: &Settings) -> Variant {
     let Settings { shading, overlay, sampling, shadow, .. } = *settings;
     Variant {
@@ -82,7 +82,7 @@ pub(super) fn variant(scene: &Scene, settings: &Settings) -> Variant {
     }
 }
 
-/// Normals that are not there are not asked for.
+/// Replaces normals that a scene does not have by those that it has.
 fn normals(scene: &Scene, settings: &Settings) -> Normals {
     match settings.displace.normals {
         Normals::Derived if !derives_normals(scene, settings) => Normals::Base,
@@ -91,12 +91,12 @@ fn normals(scene: &Scene, settings: &Settings) -> Normals {
 }
 
 pub(super) fn displacement(scene: &Scene, displace: &Displace) -> Displacement {
-    let Some(relief) = &scene.relief else { return Displacement::default() };
-    let [bias, scale] = relief.bias_and_scale(displace);
-    let kind = match relief.map.kind() {
+    let Some(binding) = &scene.displacement else { return Displacement::default() };
+    let [bias, scale] = binding.bias_and_scale(displace);
+    let kind = match binding.map.kind() {
         MapKind::Scalar => 0,
         MapKind::VectorObject => 1,
         MapKind::VectorTangent => 2,
     };
-    Displacement { bias, scale, lambda: relief.signed_lambda(displace), kind }
+    Displacement { bias, scale, lambda: binding.signed_lambda(displace), kind }
 }

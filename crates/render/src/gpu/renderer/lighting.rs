@@ -1,13 +1,13 @@
-//! What lights a picture: shadow maps, the environment and the ground, as the shaders get them.
+//! Uniforms and bindings of the light of a picture: shadow maps, the environment and the ground.
 
-use super::bindings::{Layouts, bind};
+use super::bind_groups::{Layouts, bind};
 use super::frame::Picture;
-use super::uploaded::Uploaded;
-use crate::environment::sample::Around;
+use super::gpu_scene::GpuScene;
+use crate::environment::sample::EnvironmentSampler;
 use crate::gpu::types::{Caster, Environment, Eye, Ground, Shadows};
 use crate::gpu::{DEPTH, Gpu};
 use crate::ground::Disc;
-use crate::lights::lamps;
+use crate::lights::world_lights;
 use crate::settings::Shading;
 use crate::settings::environment::Part;
 use crate::settings::ground::Show;
@@ -18,7 +18,7 @@ use glam::Mat4;
 use std::sync::{Mutex, PoisonError};
 use wgpu::BufferUsages;
 
-/// Depth pictures, one for each eye of the lights.
+/// Shadow maps, one layer for each view of the lights.
 #[derive(Clone, Debug)]
 pub(super) struct Maps {
     size: u32,
@@ -64,7 +64,7 @@ fn layers(count: u32) -> u32 {
 pub(super) struct Cache(Mutex<Option<Maps>>);
 
 impl Cache {
-    /// Maps for this many eyes. There is always one, because something has to be bound.
+    /// Returns maps for this many views. There is always one, because something has to be bound.
     fn maps(&self, gpu: &Gpu, size: u32, eyes: u32) -> Maps {
         let size = if eyes == 0 { 1 } else { size.min(gpu.device.limits().max_texture_dimension_2d) };
         let count = eyes.max(1);
@@ -80,9 +80,9 @@ impl Cache {
 pub(super) struct Lighting {
     pub(super) frame_bindings: wgpu::BindGroup,
     pub(super) caster_bindings: wgpu::BindGroup,
-    /// Bytes from one eye's uniforms to the next one's.
+    /// Bytes from the uniforms of one view to those of the next.
     pub(super) caster_stride: u32,
-    /// Which maps are drawn.
+    /// Number of shadow maps that are drawn.
     pub(super) eyes: usize,
     pub(super) maps: Maps,
     /// Whether the ground is drawn.
@@ -92,7 +92,7 @@ pub(super) struct Lighting {
 }
 
 impl Lighting {
-    pub(super) fn new(gpu: &Gpu, layouts: &Layouts, cache: &Cache, uploaded: &Uploaded, picture: &Picture) -> Self {
+    pub(super) fn new(gpu: &Gpu, layouts: &Layouts, cache: &Cache, gpu_scene: &GpuScene, picture: &Picture) -> Self {
         let (shadows, count) = shadows(picture);
         let maps = cache.maps(gpu, picture.settings.shadow.size, count as u32);
         let ground = ground(picture);
@@ -105,12 +105,12 @@ impl Lighting {
         let [shadow_buffer, environment, ground_buffer] = buffers.each_ref().map(wgpu::Buffer::as_entire_binding);
         let nearest = gpu.device.create_sampler(&wgpu::SamplerDescriptor::default());
         let resources = [
-            uploaded.frame.as_entire_binding(),
+            gpu_scene.frame.as_entire_binding(),
             shadow_buffer,
             wgpu::BindingResource::TextureView(&maps.all),
             environment,
-            wgpu::BindingResource::TextureView(&uploaded.environment),
-            wgpu::BindingResource::Sampler(&uploaded.environment_sampler),
+            wgpu::BindingResource::TextureView(&gpu_scene.environment),
+            wgpu::BindingResource::Sampler(&gpu_scene.environment_sampler),
             ground_buffer,
             wgpu::BindingResource::Sampler(&nearest),
         ];
@@ -127,7 +127,7 @@ impl Lighting {
     }
 }
 
-/// Uniforms of the eyes, one after the other, and the bytes from one to the next.
+/// Uniforms of the views, one after the other, and the bytes from one to the next.
 fn casters(gpu: &Gpu, layouts: &Layouts, eyes: &[Eye], shading: Shading) -> (wgpu::BindGroup, u32) {
     let alignment = gpu.device.limits().min_uniform_buffer_offset_alignment as usize;
     let stride = size_of::<Caster>().next_multiple_of(alignment);
@@ -144,7 +144,7 @@ fn casters(gpu: &Gpu, layouts: &Layouts, eyes: &[Eye], shading: Shading) -> (wgp
     (bind(&gpu.device, &layouts.caster, &[resource]), stride as u32)
 }
 
-/// Uniforms of the shadows, and how many eyes the lights have.
+/// Uniforms of the shadows, and the number of views that the lights have.
 fn shadows(picture: &Picture) -> (Shadows, usize) {
     let Picture { scene, settings, ref view, .. } = *picture;
     let shadow = &settings.shadow;
@@ -160,7 +160,7 @@ fn shadows(picture: &Picture) -> (Shadows, usize) {
     if shadow.filter == Filter::None && shadow.show_map.is_none() {
         return (all, count);
     }
-    let eyes = shadow::eyes_of_lights(scene, settings, view, &lamps(scene, settings, view));
+    let eyes = shadow::shadow_views(scene, settings, view, &world_lights(scene, settings, view));
     for (i, eyes) in eyes.into_iter().enumerate() {
         (all.first_eye[i], all.eye_count[i]) = (count as u32, eyes.len() as u32);
         for eye in eyes {
@@ -168,7 +168,7 @@ fn shadows(picture: &Picture) -> (Shadows, usize) {
                 Rays::Parallel(half) => (1.0, half),
                 Rays::Perspective(half) => (0.0, half),
             };
-            let shadow::Eye { clip_from_world, near, far, light_size, .. } = eye;
+            let shadow::ShadowView { clip_from_world, near, far, light_size, .. } = eye;
             let world_from_clip = clip_from_world.inverse();
             all.eyes[count] =
                 Eye { clip_from_world, world_from_clip, near, far, half_width, light_size, parallel, ..Eye::zeroed() };
@@ -181,10 +181,10 @@ fn shadows(picture: &Picture) -> (Shadows, usize) {
 /// Uniforms of the environment; zero without one.
 fn environment(picture: &Picture) -> Environment {
     let Picture { scene, settings, ref view, aspect } = *picture;
-    let Some(around) = Around::new(scene.environment.as_ref(), settings, view, aspect) else {
+    let Some(sampler) = EnvironmentSampler::new(scene.environment.as_ref(), settings, view, aspect) else {
         return Environment::zeroed();
     };
-    let Around { surroundings, environment, environment_from_world, rays } = around;
+    let EnvironmentSampler { surroundings, environment, environment_from_world, rays } = sampler;
     let shown = |part| f32::from(u8::from(part == Part::Shown));
     Environment {
         environment_from_world: Mat4::from_mat3(environment_from_world),

@@ -1,15 +1,15 @@
-//! Compiled programs.
+//! Compiled pipelines of the renderer.
 
-use super::bindings::Layouts;
+use super::bind_groups::Layouts;
+use super::gpu_scene::GpuScene;
 use super::lighting::Lighting;
-use super::uploaded::Uploaded;
 use crate::gpu::shaders::{Program, Variant, source};
 use crate::gpu::{DEPTH, FORMAT};
 use crate::settings::shadow::Casters;
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
-/// What draws to targets with some number of samples per pixel.
+/// Pipelines that draw to targets with one number of samples per pixel.
 #[derive(Debug)]
 pub(super) struct Pipelines {
     samples: u32,
@@ -18,19 +18,19 @@ pub(super) struct Pipelines {
     surfaces: Mutex<HashMap<Variant, Surface>>,
 }
 
-/// What draws the surface and the ground under it, with some choices of the settings.
+/// Pipelines that draw the surface and the ground under it, compiled for one variant of the settings.
 #[derive(Clone, Debug)]
 pub(super) struct Surface {
     pub(super) mesh: wgpu::RenderPipeline,
     pub(super) ground: wgpu::RenderPipeline,
 }
 
-/// What is special of a pipeline.
+/// Parts of a render pipeline in which the pipelines differ.
 struct Special<'a> {
     program: Program,
     variant: Variant,
     vertex: &'a str,
-    /// None draws depth alone.
+    /// Entry point of the fragment stage; `None` draws depth alone.
     fragment: Option<&'a str>,
     groups: &'a [&'a wgpu::BindGroupLayout],
     samples: u32,
@@ -89,7 +89,7 @@ const fn sides(topology: wgpu::PrimitiveTopology, cull_mode: Option<wgpu::Face>)
     }
 }
 
-/// What fills the whole picture.
+/// Pipeline of a triangle that fills the whole picture.
 fn screen<'a>(groups: &'a [&'a wgpu::BindGroupLayout], samples: u32) -> Special<'a> {
     Special {
         program: Program::Background,
@@ -153,7 +153,7 @@ impl Surface {
     }
 }
 
-/// What draws the maps of lights.
+/// Pipelines that draw shadow maps.
 #[derive(Debug)]
 pub(super) struct Casting {
     all: wgpu::RenderPipeline,
@@ -180,11 +180,11 @@ impl Casting {
         Self { all: pipeline(device, &all), back_faces: pipeline(device, &back_faces) }
     }
 
-    /// Draws what the lights see.
+    /// Draws the shadow maps of all lights.
     pub(super) fn run(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        uploaded: &Uploaded,
+        gpu_scene: &GpuScene,
         lighting: &Lighting,
         casters: Casters,
     ) {
@@ -205,18 +205,18 @@ impl Casting {
             });
             pass.set_pipeline(pipeline);
             pass.set_bind_group(0, &lighting.caster_bindings, &[i * lighting.caster_stride]);
-            pass.set_bind_group(1, &uploaded.map_bindings, &[]);
-            pass.set_bind_group(2, &uploaded.surface_bindings, &[]);
-            pass.draw(0..uploaded.corner_count, 0..1);
+            pass.set_bind_group(1, &gpu_scene.map_bindings, &[]);
+            pass.set_bind_group(2, &gpu_scene.surface_bindings, &[]);
+            pass.draw(0..gpu_scene.corner_count, 0..1);
         }
     }
 }
 
-/// What is computed of the displaced surface.
+/// Quantities of the displaced surface that a compute pass gives.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Result {
     Positions,
-    /// And positions.
+    /// Positions and normals.
     Normals,
 }
 
@@ -247,12 +247,12 @@ impl Compute {
         Self { positions: pipeline("cs_positions"), normals: pipeline("cs_normals") }
     }
 
-    pub(super) fn run(&self, encoder: &mut wgpu::CommandEncoder, uploaded: &Uploaded, result: Result) {
-        let groups = uploaded.vertex_count.div_ceil(64);
+    pub(super) fn run(&self, encoder: &mut wgpu::CommandEncoder, gpu_scene: &GpuScene, result: Result) {
+        let groups = gpu_scene.vertex_count.div_ceil(64);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_bind_group(1, &uploaded.map_bindings, &[]);
-        pass.set_bind_group(2, &uploaded.computed_surface_bindings, &[]);
-        pass.set_bind_group(3, &uploaded.result_bindings, &[]);
+        pass.set_bind_group(1, &gpu_scene.map_bindings, &[]);
+        pass.set_bind_group(2, &gpu_scene.computed_surface_bindings, &[]);
+        pass.set_bind_group(3, &gpu_scene.result_bindings, &[]);
         pass.set_pipeline(&self.positions);
         pass.dispatch_workgroups(groups.min(GROUPS_IN_ROW), groups.div_ceil(GROUPS_IN_ROW), 1);
         if result == Result::Normals {

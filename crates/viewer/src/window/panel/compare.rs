@@ -1,26 +1,26 @@
 //! Noisy against denoised, and both against a clean mesh.
 
 use super::super::dialog::FilePurpose;
-use super::super::session::{Comparing, Session};
+use super::super::ui_state::{Comparing, UiState};
 use crate::app::App;
-use crate::settings::Shading;
 use egui::Ui;
 use planish_geometry::metrics::Comparison;
+use planish_render::settings::Shading;
 
-pub(super) fn show(ui: &mut Ui, app: &mut App, session: &mut Session) {
+pub(super) fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     ui.horizontal_wrapped(|ui| {
         let mut button = |ui: &mut Ui, words: &str, how, help: &str| {
-            let chosen = ui.selectable_label(session.comparing == how, words).on_hover_text(help);
-            session.mark(words, chosen.rect);
+            let chosen = ui.selectable_label(ui_state.comparing == how, words).on_hover_text(help);
+            ui_state.mark(words, chosen.rect);
             if chosen.clicked() {
-                session.compare(how);
+                ui_state.compare(how);
             }
         };
         button(ui, "Split", Comparing::Split, "noisy on the left, with the map on the right; drag the line");
         button(ui, "Blink", Comparing::Blink, "one after the other");
         let view = &mut app.choices.view;
         let heat = ui.selectable_label(view.shading == Shading::Height, "Heights");
-        session.mark("Heights", heat.rect);
+        ui_state.mark("Heights", heat.rect);
         if heat.on_hover_text("how far the map moves each vertex").clicked() {
             view.shading = if view.shading == Shading::Height { Shading::default() } else { Shading::Height };
         }
@@ -28,9 +28,9 @@ pub(super) fn show(ui: &mut Ui, app: &mut App, session: &mut Session) {
     match app.clean().map(|clean| clean.path.clone()) {
         None => {
             let button = ui.button("Clean mesh …").on_hover_text("measure against it while λ moves");
-            session.mark("clean", button.rect);
+            ui_state.mark("clean", button.rect);
             if button.clicked() {
-                session.ask(FilePurpose::Clean);
+                ui_state.ask(FilePurpose::Clean);
             }
         }
         Some(path) => {

@@ -1,23 +1,23 @@
-//! What the map is: how it is made, how exact it is, and its picture.
+//! Section on the map: its settings, its accuracy and its picture.
 
-use super::super::session::Session;
+use super::super::ui_state::UiState;
 use super::choose;
 use crate::app::App;
+use crate::app::bake_config;
 use crate::app::document::{self, Map};
-use crate::app::recipe;
 use egui::{Color32, ColorImage, Rect, Sense, Ui, Vec2, pos2};
 use planish_files::words;
 use planish_geometry::bake::{Carriers, LayoutChoice, Settings};
 use planish_geometry::map::displacement::{Displacement, TexelFormat};
 use std::sync::Arc;
 
-pub(super) fn show(ui: &mut Ui, app: &mut App, session: &mut Session) {
+pub(super) fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     if let Some(map) = app.map().cloned() {
         facts(ui, &map);
-        picture(ui, &map, session);
+        picture(ui, &map, ui_state);
         range(ui, &map, app);
     }
-    ui.collapsing("What is baked", |ui| settings(ui, &mut app.choices.recipe.settings));
+    ui.collapsing("What is baked", |ui| settings(ui, &mut app.choices.bake_config.settings));
 }
 
 fn facts(ui: &mut Ui, map: &Map) {
@@ -57,9 +57,9 @@ fn range(ui: &mut Ui, map: &Map, app: &mut App) {
 }
 
 /// The map, with wheel and drag to look closer, and the texel under the pointer in words.
-fn picture(ui: &mut Ui, map: &Arc<Map>, session: &mut Session) {
+fn picture(ui: &mut Ui, map: &Arc<Map>, ui_state: &mut UiState) {
     let of = Arc::as_ptr(map) as usize;
-    let view = &mut session.map;
+    let view = &mut ui_state.map;
     let texture = match &mut view.texture {
         Some((shown, texture)) if *shown == of => texture,
         slot => {
@@ -92,9 +92,9 @@ fn picture(ui: &mut Ui, map: &Arc<Map>, session: &mut Session) {
     if response.double_clicked() {
         (view.share, view.middle) = (1.0, pos2(0.5, 0.5));
     }
-    let room = 0.5 * view.share;
-    view.middle = view.middle.clamp(pos2(room, room), pos2(1.0 - room, 1.0 - room));
-    session.mark("map", rect);
+    let half = 0.5 * view.share;
+    view.middle = view.middle.clamp(pos2(half, half), pos2(1.0 - half, 1.0 - half));
+    ui_state.mark("map", rect);
 }
 
 /// The texel at a place of the unit square, down from the upper left corner.
@@ -113,8 +113,8 @@ fn texel(map: &Map, [x, y]: [f32; 2]) -> Option<String> {
 }
 
 fn settings(ui: &mut Ui, settings: &mut Settings) {
-    choose(ui, "map", &mut settings.map, recipe::maps());
-    choose(ui, "layout", &mut settings.layout, recipe::layouts());
+    choose(ui, "map", &mut settings.map, bake_config::maps());
+    choose(ui, "layout", &mut settings.layout, bake_config::layouts());
     if settings.layout == LayoutChoice::Vertex {
         // Its size follows from the number of vertices.
         settings.side = None;
@@ -125,11 +125,11 @@ fn settings(ui: &mut Ui, settings: &mut Settings) {
         let all = std::iter::once(None).chain(sides).chain(given.map(Some)).map(|side| (words(side), side));
         choose(ui, "size", &mut settings.side, all);
     }
-    choose(ui, "texels", &mut settings.texel, TexelFormat::ALL.map(|texel| (recipe::texel_words(texel), texel)));
-    choose(ui, "at vertices", &mut settings.texels, recipe::choices());
-    choose(ui, "between vertices", &mut settings.interpolation, recipe::choices());
-    choose(ui, "normals", &mut settings.normals, recipe::normals());
-    choose(ui, "normal map", &mut settings.convention, recipe::choices());
+    choose(ui, "texels", &mut settings.texel, TexelFormat::ALL.map(|texel| (bake_config::texel_words(texel), texel)));
+    choose(ui, "at vertices", &mut settings.texels, bake_config::choices());
+    choose(ui, "between vertices", &mut settings.interpolation, bake_config::choices());
+    choose(ui, "normals", &mut settings.normals, bake_config::normals());
+    choose(ui, "normal map", &mut settings.convention, bake_config::choices());
     ui.add(egui::Slider::new(&mut settings.tolerance.0, 0.625..=10.0).text("tolerance, quanta"))
         .on_hover_text("how far off a vertex may be for the layout auto to use the mesh's own UVs");
     ui.add(egui::Slider::new(&mut settings.lambda.0, 0.0..=1.5).text("λ of the files"))

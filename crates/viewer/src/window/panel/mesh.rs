@@ -1,4 +1,4 @@
-//! What the mesh is, and what is wrong with it: the same as `planish info` says.
+//! Section on the mesh: its size and its defects, as `planish info` prints them.
 
 use crate::app::App;
 use egui::Ui;

@@ -1,7 +1,7 @@
-//! How the mesh is denoised: the method, its settings, and where the bake is.
+//! Section on denoising: the method, its settings, and the progress of the bake.
 
 use super::super::dialog::FilePurpose;
-use super::super::session::{Action, Session};
+use super::super::ui_state::{Action, UiState};
 use crate::app::{App, Rebake, Work};
 use egui::{Response, Ui};
 use planish_geometry::denoise::{Denoiser, Parameter, Values};
@@ -9,19 +9,19 @@ use planish_geometry::map::displacement::MapKind;
 use planish_geometry::named::Word;
 use serde_json::Value;
 
-pub(super) fn show(ui: &mut Ui, app: &mut App, session: &mut Session) {
-    if let Some(target) = app.choices.recipe.target.clone() {
+pub(super) fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
+    if let Some(target) = app.choices.bake_config.target.clone() {
         ui.horizontal_wrapped(|ui| {
-            ui.label(format!("the way to {}", target.display()));
+            ui.label(format!("displacement to {}", target.display()));
             if ui.button("Denoise instead").clicked() {
-                app.choices.recipe.target = None;
+                app.choices.bake_config.target = None;
             }
         });
     } else {
-        pick(ui, app, session);
+        pick(ui, app, ui_state);
         chosen(ui, app);
-        parameters(ui, app, session);
-        ui.collapsing("Limits", |ui| limits(ui, app, session));
+        parameters(ui, app, ui_state);
+        ui.collapsing("Limits", |ui| limits(ui, app, ui_state));
     }
     ui.horizontal_wrapped(|ui| {
         let mut live = app.rebake == Rebake::Live;
@@ -30,7 +30,7 @@ pub(super) fn show(ui: &mut Ui, app: &mut App, session: &mut Session) {
         let baking = app.status(Work::Bake).is_some();
         let can = app.document().is_some() && !baking && !app.is_baked();
         let bake = ui.add_enabled(can, egui::Button::new("Bake"));
-        session.mark("bake", bake.rect);
+        ui_state.mark("bake", bake.rect);
         if bake.clicked() {
             app.bake();
         }
@@ -38,7 +38,7 @@ pub(super) fn show(ui: &mut Ui, app: &mut App, session: &mut Session) {
             (false, ..) => "",
             (_, true, _) => "the last result stays until it is done",
             (.., true) => "up to date",
-            (.., false) => "not what is chosen",
+            (.., false) => "out of date",
         };
         ui.weak(words);
     });
@@ -47,37 +47,37 @@ pub(super) fn show(ui: &mut Ui, app: &mut App, session: &mut Session) {
         let copy = ui.add_enabled(command.is_some(), egui::Button::new("Copy command"));
         let command = command.unwrap_or_default();
         if copy.on_hover_text(&command).clicked() {
-            session.actions.push(Action::Copy(command));
+            ui_state.actions.push(Action::Copy(command));
         }
-        if ui.button("Target …").on_hover_text("bake the way to the result of another denoiser").clicked() {
-            session.ask(FilePurpose::Target);
+        if ui.button("Target …").on_hover_text("bake the displacement to the result of another denoiser").clicked() {
+            ui_state.ask(FilePurpose::Target);
         }
     });
 }
 
-/// What `auto` measured and chose, in words.
+/// Shows what `auto` measured and chose, in words.
 fn chosen(ui: &mut Ui, app: &App) {
-    if app.choices.recipe.denoiser.name() == "auto"
+    if app.choices.bake_config.denoiser.name() == "auto"
         && let Some(choice) = app.map().and_then(|map| map.manifest.choice.as_ref())
     {
         ui.label(choice.to_string());
     }
 }
 
-fn pick(ui: &mut Ui, app: &mut App, session: &mut Session) {
-    let denoiser = &mut app.choices.recipe.denoiser;
+fn pick(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
+    let denoiser = &mut app.choices.bake_config.denoiser;
     let list = egui::ComboBox::from_label("method").selected_text(denoiser.name()).width(150.0);
     let list = list.height(super::LONGEST_LIST).show_ui(ui, |ui| {
         for method in Denoiser::every() {
             let label = ui.selectable_label(method.name() == denoiser.name(), method.name());
             let label = label.on_hover_text(method.summary());
-            session.mark(method.name(), label.rect);
+            ui_state.mark(method.name(), label.rect);
             if label.clicked() && method.name() != denoiser.name() {
                 *denoiser = method;
             }
         }
     });
-    session.mark("method", list.response.rect);
+    ui_state.mark("method", list.response.rect);
     ui.weak(denoiser.summary());
     ui.horizontal(|ui| {
         let default = Denoiser::named(denoiser.name()).unwrap_or_default();
@@ -94,10 +94,10 @@ fn pick(ui: &mut Ui, app: &mut App, session: &mut Session) {
     });
 }
 
-fn parameters(ui: &mut Ui, app: &mut App, session: &mut Session) {
+fn parameters(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     // Of a map of heights the motion is along normals always.
-    let is_scalar = app.choices.recipe.settings.map == MapKind::Scalar;
-    let denoiser = &mut app.choices.recipe.denoiser;
+    let is_scalar = app.choices.bake_config.settings.map == MapKind::Scalar;
+    let denoiser = &mut app.choices.bake_config.denoiser;
     for parameter in denoiser.options() {
         if is_scalar && parameter.name == "motion" {
             continue;
@@ -105,7 +105,7 @@ fn parameters(ui: &mut Ui, app: &mut App, session: &mut Session) {
         let before = denoiser.get(parameter);
         let mut value = before.clone();
         let response = widget(ui, parameter, &mut value).on_hover_text(help(parameter));
-        session.mark(parameter.label, response.rect);
+        ui_state.mark(parameter.label, response.rect);
         if value != before {
             // A value that is not allowed changes nothing, and the widget goes back.
             let _ = denoiser.set_parameter(parameter, value);
@@ -113,7 +113,7 @@ fn parameters(ui: &mut Ui, app: &mut App, session: &mut Session) {
     }
 }
 
-/// What a parameter does, with its unit.
+/// Help text of a parameter, with its unit.
 fn help(parameter: &Parameter) -> String {
     let unit = parameter.unit.map(|unit| format!(", in {unit}")).unwrap_or_default();
     format!("{}{unit}", parameter.help)
@@ -188,33 +188,33 @@ fn several(ui: &mut Ui, label: &str, words: &'static [Word], value: &mut Value) 
     response.response
 }
 
-/// What every method is held back by.
-fn limits(ui: &mut Ui, app: &mut App, session: &mut Session) {
-    let holds = &mut app.choices.recipe.limits;
-    let rim = "vertices on the rim of an open mesh do not move";
-    ui.checkbox(&mut holds.boundary, "the rim stays").on_hover_text(rim);
-    ui.checkbox(&mut holds.preserve_volume, "the volume stays").on_hover_text("restored by an even offset");
+/// Widgets of the limits, which every method obeys.
+fn limits(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
+    let limits = &mut app.choices.bake_config.limits;
+    let boundary = "vertices on the boundary of an open mesh do not move";
+    ui.checkbox(&mut limits.boundary, "keep boundary").on_hover_text(boundary);
+    ui.checkbox(&mut limits.preserve_volume, "keep volume").on_hover_text("restored by an even offset");
     ui.horizontal(|ui| {
-        let mut is_limited = holds.max_displacement.is_some();
+        let mut is_limited = limits.max_displacement.is_some();
         ui.checkbox(&mut is_limited, "at most").on_hover_text("how far a vertex may go");
-        holds.max_displacement = is_limited.then(|| holds.max_displacement.unwrap_or(1.0));
-        if let Some(most) = &mut holds.max_displacement {
+        limits.max_displacement = is_limited.then(|| limits.max_displacement.unwrap_or(1.0));
+        if let Some(most) = &mut limits.max_displacement {
             ui.add(egui::DragValue::new(most).range(0.0..=1e6).speed(0.01).suffix(" mean edges"));
         }
     });
     ui.horizontal_wrapped(|ui| {
         let mut forget = false;
-        if let Some(mask) = &holds.mask {
+        if let Some(mask) = &limits.mask {
             ui.label(format!("{} stays", mask.display()));
             forget |= ui.small_button("✖").clicked();
-        } else if !holds.lines.is_empty() {
-            ui.label(format!("`v` lines {} stay", String::from(holds.lines.clone())));
+        } else if !limits.lines.is_empty() {
+            ui.label(format!("`v` lines {} stay", String::from(limits.lines.clone())));
             forget |= ui.small_button("✖").clicked();
         } else if ui.button("Vertices that stay …").on_hover_text("a text with numbers of `v` lines").clicked() {
-            session.ask(FilePurpose::Mask);
+            ui_state.ask(FilePurpose::Mask);
         }
         if forget {
-            (holds.mask, holds.lines) = <_>::default();
+            (limits.mask, limits.lines) = <_>::default();
         }
     });
 }

@@ -1,11 +1,11 @@
 //! Gradient noise, the raw material of landscapes.
 //!
 //! Ken Perlin. Improving noise. SIGGRAPH 2002: a fifth-order blend of ramps at the corners of a grid. A hash of integers
-//! takes the place of the table, so that nothing repeats.
+//! takes the position of the table, so that nothing repeats.
 
 use glam::{IVec2, Vec2};
 
-/// Mixes the bits of a place; the constants are those of the finaliser of MurmurHash3.
+/// Mixes the bits of a position; the constants are those of the finaliser of MurmurHash3.
 fn hash(cell: IVec2, seed: u32) -> u32 {
     let mut h = (cell.x as u32).wrapping_mul(0x9e37_79b1) ^ (cell.y as u32).wrapping_mul(0x85eb_ca77) ^ seed;
     h = (h ^ (h >> 16)).wrapping_mul(0x85eb_ca6b);
@@ -83,9 +83,9 @@ mod tests {
 
     #[test]
     fn noise_is_continuous_bounded_and_about_zero() {
-        let places = (0..40_000).map(|i| Vec2::new((i % 200) as f32, (i / 200) as f32) * 0.173 - 17.0);
+        let positions = (0..40_000).map(|i| Vec2::new((i % 200) as f32, (i / 200) as f32) * 0.173 - 17.0);
         let (mut sum, mut most) = (0.0f64, 0.0f32);
-        for p in places {
+        for p in positions {
             let n = gradient(p, 7);
             let step = (gradient(p + Vec2::splat(1e-3), 7) - n).abs();
             assert!(step < 0.02, "{p}: {step}");

@@ -1,19 +1,19 @@
 //! The surface of the window, and egui's triangles on it.
 
 use super::no_window;
-use crate::gpu::{Backend, Gpu, NoGpu};
 use egui::epaint::textures::TexturesDelta;
 use egui::{ClippedPrimitive, TextureId};
 use egui_wgpu::{RendererOptions, ScreenDescriptor};
 use planish_files::failure::Failure;
+use planish_render::gpu::{Backend, Gpu, NoGpu};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use winit::dpi::PhysicalSize;
 use winit::event_loop::ActiveEventLoop;
 use winit::window::Window;
 
-/// What is painted on.
-pub(super) struct Screen {
+/// Surface of the window, and the renderer of egui on it.
+pub(super) struct WindowSurface {
     surface: wgpu::Surface<'static>,
     configuration: wgpu::SurfaceConfiguration,
     renderer: egui_wgpu::Renderer,
@@ -21,7 +21,7 @@ pub(super) struct Screen {
     window: Arc<Window>,
 }
 
-impl Screen {
+impl WindowSurface {
     pub(super) fn new(
         window: &Arc<Window>,
         event_loop: &ActiveEventLoop,
@@ -38,11 +38,11 @@ impl Screen {
         };
         let instance = wgpu::Instance::new(descriptor);
         let surface = instance.create_surface(Arc::clone(window)).map_err(no_window)?;
-        let wanted = wgpu::RequestAdapterOptions {
+        let descriptor = wgpu::RequestAdapterOptions {
             compatible_surface: Some(&surface),
             ..wgpu::RequestAdapterOptions::default()
         };
-        let adapter = pollster::block_on(instance.request_adapter(&wanted));
+        let adapter = pollster::block_on(instance.request_adapter(&descriptor));
         let adapter = adapter.map_err(|_| Failure::internal(NoGpu::NoAdapter { backend }))?;
         let gpu = Gpu::on(&adapter).map_err(Failure::internal)?;
         let size = window.inner_size();

@@ -9,7 +9,7 @@ use half::f16;
 use image::RgbaImage;
 use wgpu::util::{DeviceExt as _, TextureDataOrder};
 
-/// Something to draw to.
+/// Creates a texture that can be drawn to, and returns a view of it.
 pub(super) fn attachment(
     device: &wgpu::Device,
     size: Size,
@@ -41,13 +41,13 @@ fn flat(
     }
 }
 
-/// A picture that can be drawn and read back.
+/// Creates a picture that can be drawn to and read back.
 pub(super) fn canvas(device: &wgpu::Device, size: Size) -> wgpu::Texture {
     let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
     device.create_texture(&flat(size.width, size.height, FORMAT, usage))
 }
 
-/// Pixels of a canvas; black if the device is lost.
+/// Reads back the pixels of a canvas; black if the device is lost.
 pub(super) fn read(gpu: &Gpu, texture: &wgpu::Texture) -> RgbaImage {
     let (width, height) = (texture.width(), texture.height());
     let row = (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
@@ -71,7 +71,7 @@ pub(super) fn read(gpu: &Gpu, texture: &wgpu::Texture) -> RgbaImage {
 }
 
 /// A picture with its levels of detail. The finest ones are left out that are larger than the device allows.
-pub(super) fn uploaded(gpu: &Gpu, texture: &Texture) -> wgpu::TextureView {
+pub(super) fn upload_texture(gpu: &Gpu, texture: &Texture) -> wgpu::TextureView {
     let most = gpu.device.limits().max_texture_dimension_2d;
     let fits = |level: &&RgbaImage| level.width() <= most && level.height() <= most;
     let levels: Vec<&RgbaImage> = texture.levels().iter().filter(fits).collect();
@@ -81,19 +81,19 @@ pub(super) fn uploaded(gpu: &Gpu, texture: &Texture) -> wgpu::TextureView {
         Content::Data => wgpu::TextureFormat::Rgba8Unorm,
     };
     let bytes: Vec<u8> = levels.iter().flat_map(|level| level.as_raw()).copied().collect();
-    let wanted = wgpu::TextureDescriptor {
+    let descriptor = wgpu::TextureDescriptor {
         mip_level_count: levels.len() as u32,
         ..flat(first.width(), first.height(), format, wgpu::TextureUsages::TEXTURE_BINDING)
     };
-    view(gpu, &wanted, &bytes)
+    view(gpu, &descriptor, &bytes)
 }
 
-/// A single texel, where a picture is needed and there is none.
+/// Uploads a single texel, which stands in where there is no picture.
 pub(super) fn plain(gpu: &Gpu, texel: [u8; 4]) -> wgpu::TextureView {
     row(gpu, &[texel])
 }
 
-/// Texels side by side, as numbers.
+/// Uploads one row of texels as plain numbers.
 pub(super) fn row(gpu: &Gpu, texels: &[[u8; 4]]) -> wgpu::TextureView {
     let format = wgpu::TextureFormat::Rgba8Unorm;
     view(gpu, &flat(texels.len() as u32, 1, format, wgpu::TextureUsages::TEXTURE_BINDING), texels.as_flattened())
@@ -105,8 +105,8 @@ pub(super) fn floats(gpu: &Gpu, [width, height]: [u32; 2], channels: usize, texe
     view(gpu, &flat(width, height, format, wgpu::TextureUsages::TEXTURE_BINDING), bytemuck::cast_slice(texels))
 }
 
-fn view(gpu: &Gpu, wanted: &wgpu::TextureDescriptor, bytes: &[u8]) -> wgpu::TextureView {
-    let texture = gpu.device.create_texture_with_data(&gpu.queue, wanted, TextureDataOrder::MipMajor, bytes);
+fn view(gpu: &Gpu, descriptor: &wgpu::TextureDescriptor, bytes: &[u8]) -> wgpu::TextureView {
+    let texture = gpu.device.create_texture_with_data(&gpu.queue, descriptor, TextureDataOrder::MipMajor, bytes);
     texture.create_view(&wgpu::TextureViewDescriptor::default())
 }
 
@@ -120,20 +120,20 @@ pub(super) fn cube(gpu: &Gpu, levels: &[CubeMap]) -> wgpu::TextureView {
     };
     let texels: Vec<u16> = (0..6).flat_map(|f| levels.iter().flat_map(move |level| face(level, f))).collect();
     let size = levels.first().map_or(1, CubeMap::size) as u32;
-    let wanted = wgpu::TextureDescriptor {
+    let descriptor = wgpu::TextureDescriptor {
         size: wgpu::Extent3d { width: size, height: size, depth_or_array_layers: 6 },
         mip_level_count: levels.len() as u32,
         ..flat(size, size, wgpu::TextureFormat::Rgba16Float, wgpu::TextureUsages::TEXTURE_BINDING)
     };
     let texels = bytemuck::cast_slice(&texels);
-    let texture = gpu.device.create_texture_with_data(&gpu.queue, &wanted, TextureDataOrder::LayerMajor, texels);
+    let texture = gpu.device.create_texture_with_data(&gpu.queue, &descriptor, TextureDataOrder::LayerMajor, texels);
     texture.create_view(&wgpu::TextureViewDescriptor {
         dimension: Some(wgpu::TextureViewDimension::Cube),
         ..wgpu::TextureViewDescriptor::default()
     })
 }
 
-/// Between texels and levels of detail.
+/// Sampler that interpolates between texels and levels of detail.
 pub(super) fn smooth_sampler(device: &wgpu::Device) -> wgpu::Sampler {
     device.create_sampler(&wgpu::SamplerDescriptor {
         mag_filter: wgpu::FilterMode::Linear,
@@ -143,7 +143,7 @@ pub(super) fn smooth_sampler(device: &wgpu::Device) -> wgpu::Sampler {
     })
 }
 
-/// Ways of reading textures that the hardware has.
+/// Samplers of textures.
 #[derive(Debug)]
 pub(super) struct Samplers {
     linear: wgpu::Sampler,

@@ -1,10 +1,10 @@
-//! Pictures on disk: screenshots and turntables.
+//! Capture of the view to disk: screenshots and turntables.
 
-use crate::settings::Settings;
 use image::{ImageFormat, RgbaImage};
 use planish_files::failure::Failure;
 use planish_files::output::{Folder, Output};
 use planish_geometry::progress::Progress;
+use planish_render::settings::Settings;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
@@ -20,19 +20,19 @@ pub fn turntable_folder(mesh: &Path) -> PathBuf {
     mesh.with_file_name(format!("{}-turntable", mesh.file_stem().unwrap_or_default().to_string_lossy()))
 }
 
-/// Writes one picture.
+/// Writes one picture to a PNG file.
 pub fn save(picture: &RgbaImage, path: &Path) -> Result<PathBuf, Failure> {
     Output::open(path, &[])?.write(&png(picture)?)
 }
 
-/// A picture as the bytes of a PNG file.
+/// Encodes a picture as the bytes of a PNG file.
 pub fn png(picture: &RgbaImage) -> Result<Vec<u8>, Failure> {
     let mut bytes = Cursor::new(Vec::new());
     picture.write_to(&mut bytes, ImageFormat::Png).map_err(Failure::internal)?;
     Ok(bytes.into_inner())
 }
 
-/// Once around the model in `count` pictures `0000.png`, …; all of them or none.
+/// Writes `count` pictures `0000.png`, … once around the model; all of them or none.
 pub fn turntable(
     settings: &Settings,
     count: u32,
@@ -45,9 +45,9 @@ pub fn turntable(
     let mut files = Vec::new();
     for i in 0..count {
         progress.check()?;
-        let mut turned = settings.clone();
-        turned.camera.yaw += 360.0 * i as f32 / count as f32;
-        files.push((PathBuf::from(format!("{i:04}.png")), png(&draw(&turned)?)?));
+        let mut rotated = settings.clone();
+        rotated.camera.yaw += 360.0 * i as f32 / count as f32;
+        files.push((PathBuf::from(format!("{i:04}.png")), png(&draw(&rotated)?)?));
         progress.done(f64::from(i + 1) / f64::from(count));
     }
     progress.check()?;

@@ -5,10 +5,10 @@
 
 use glam::{IVec3, Vec3};
 
-/// Octaves of the veins.
+/// Number of octaves of the veins.
 const OCTAVES: u32 = 4;
 
-/// How much of a vein there is at a point, 0..1.
+/// Strength of the veins at a point, 0..1.
 pub(crate) fn vein(point: Vec3) -> f32 {
     let (mut sum, mut share, mut p) = (0.0, 1.0, point);
     for _ in 0..OCTAVES {

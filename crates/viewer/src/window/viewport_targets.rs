@@ -1,67 +1,68 @@
-//! The pictures of the model in the window: with the map, and where both are wanted without it.
+//! Off-screen pictures of the model in the window: with the map, and where both are compared, without it.
 
-use super::screen::Screen;
-use super::session::{Comparing, Session};
+use super::surface::WindowSurface;
+use super::ui_state::{Comparing, UiState};
 use crate::app::App;
 use crate::app::jobs::{self, Slot, Status, Ticket, Wake};
-use crate::environment::file::Source;
-use crate::environment::{self, Environment};
-use crate::gpu::{FORMAT, Gpu};
-use crate::renderer::{Renderer, Smoothness, Target, Uploaded};
-use crate::scene::Scene;
-use crate::settings::{Range, Settings, Shading, Size};
+use crate::environment;
 use egui::TextureId;
 use image::RgbaImage;
 use planish_files::failure::Failure;
 use planish_geometry::progress::Progress as _;
+use planish_render::environment::Environment;
+use planish_render::gpu::renderer::{GpuScene, Renderer, Smoothness, Target};
+use planish_render::gpu::{FORMAT, Gpu};
+use planish_render::scene::Scene;
+use planish_render::settings::environment::Source;
+use planish_render::settings::{Range, Settings, Shading, Size};
 use std::sync::Arc;
 
-/// What draws, and what it drew last.
-pub(super) struct Stage {
+/// Off-screen targets of the viewport, their renderer, and the scene that was uploaded last.
+pub(super) struct ViewportTargets {
     renderer: Arc<Renderer>,
-    uploading: Slot<(Shown, Read, Option<Failure>)>,
-    /// What is being uploaded, or was last.
-    wanted: Option<Wanted>,
+    uploading: Slot<(Shown, LoadedEnvironment, Option<Failure>)>,
+    /// Scene that is being uploaded, or was uploaded last.
+    request: Option<UploadRequest>,
     shown: Option<Shown>,
     /// The environment that was read last.
-    around: Read,
+    environment: LoadedEnvironment,
     canvases: [Option<Canvas>; 2],
     target: Option<(Size, Target)>,
 }
 
-/// What surrounds the model: which environment, of how many texels.
-type Around = (Source, u32);
+/// Source of an environment, and its number of texels along a side.
+type EnvironmentKey = (Source, u32);
 
-/// What is to be shown.
+/// Request to upload a scene with its environment.
 #[derive(Clone)]
-struct Wanted {
+struct UploadRequest {
     scene: Arc<Scene>,
-    around: Option<Around>,
+    environment: Option<EnvironmentKey>,
 }
 
-impl PartialEq for Wanted {
+impl PartialEq for UploadRequest {
     fn eq(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.scene, &other.scene) && self.around == other.around
+        Arc::ptr_eq(&self.scene, &other.scene) && self.environment == other.environment
     }
 }
 
-/// An environment that was read, and which it is.
-type Read = Option<Arc<(Around, Environment)>>;
+/// Environment that was read, with its source.
+type LoadedEnvironment = Option<Arc<(EnvironmentKey, Environment)>>;
 
-impl Wanted {
-    /// Brings it to the device, without an environment that cannot be read.
+impl UploadRequest {
+    /// Uploads the scene, without an environment that cannot be read.
     fn show(
         self,
         renderer: &Renderer,
-        known: Read,
+        known: LoadedEnvironment,
         ticket: &Ticket,
-    ) -> Result<(Shown, Read, Option<Failure>), Failure> {
+    ) -> Result<(Shown, LoadedEnvironment, Option<Failure>), Failure> {
         let (mut scene, mut failed, mut read) = (self.scene, None, known);
-        if let Some(around) = self.around {
-            if read.as_ref().is_none_or(|read| read.0 != around) {
+        if let Some(key) = self.environment {
+            if read.as_ref().is_none_or(|read| read.0 != key) {
                 ticket.stage("environment");
-                (read, failed) = match environment::file::load(&around.0, around.1 as usize) {
-                    Ok(environment) => (Some(Arc::new((around, environment))), None),
+                (read, failed) = match environment::load(&key.0, key.1 as usize) {
+                    Ok(environment) => (Some(Arc::new((key, environment))), None),
                     Err(failure) => (None, Some(failure)),
                 };
             }
@@ -70,15 +71,15 @@ impl Wanted {
             scene = Arc::new(with);
         }
         ticket.stage("to the graphics card");
-        let uploaded = upload(renderer, &scene)?;
-        Ok((Shown { scene, uploaded }, read, failed))
+        let gpu_scene = upload(renderer, &scene)?;
+        Ok((Shown { scene, gpu_scene }, read, failed))
     }
 }
 
-/// A scene on the device.
+/// Scene that is on the device.
 struct Shown {
     scene: Arc<Scene>,
-    uploaded: Uploaded,
+    gpu_scene: GpuScene,
 }
 
 /// A picture that egui paints with.
@@ -87,21 +88,21 @@ struct Canvas {
     /// Drawn to: linear light goes in, sRGB is stored.
     colour: wgpu::Texture,
     view: wgpu::TextureView,
-    /// The same bytes as egui wants them: as they are.
+    /// Copy of the bytes for egui, which blends encoded values.
     plain: wgpu::Texture,
     id: TextureId,
-    /// What is on it.
+    /// Settings and scene of the picture on the canvas.
     drawn: Option<(Settings, *const Scene)>,
 }
 
-impl Stage {
+impl ViewportTargets {
     pub(super) fn new(gpu: Gpu, wake: &Wake) -> Self {
         Self {
             renderer: Arc::new(Renderer::new(gpu)),
             uploading: Slot::new(Arc::clone(wake)),
-            wanted: None,
+            request: None,
             shown: None,
-            around: None,
+            environment: None,
             canvases: [None, None],
             target: None,
         }
@@ -116,16 +117,16 @@ impl Stage {
         self.renderer.gpu().is_lost()
     }
 
-    /// What draws.
+    /// Returns the name of the adapter.
     pub(super) fn adapter(&self) -> String {
         self.renderer.gpu().adapter.name.clone()
     }
 
-    pub(super) fn complaints(&self) -> Vec<String> {
-        self.renderer.gpu().complaints()
+    pub(super) fn validation_errors(&self) -> Vec<String> {
+        self.renderer.gpu().validation_errors()
     }
 
-    /// Where the upload is.
+    /// Returns the progress of the upload.
     pub(super) fn status(&self) -> Option<Status> {
         self.uploading.status()
     }
@@ -134,19 +135,19 @@ impl Stage {
     pub(super) fn follow(&mut self, app: &mut App) {
         let scene = app.map().map(|map| &map.scene).or(app.document().map(|document| &document.scene));
         let surroundings = app.choices.view.environment.as_ref();
-        let wanted = scene.map(|scene| Wanted {
+        let request = scene.map(|scene| UploadRequest {
             scene: Arc::clone(scene),
-            around: surroundings.map(|s| (s.source.clone(), s.resolution)),
+            environment: surroundings.map(|s| (s.source.clone(), s.resolution)),
         });
-        if let Some(wanted) = wanted.filter(|wanted| self.wanted.as_ref() != Some(wanted)) {
-            let (renderer, known) = (Arc::clone(&self.renderer), self.around.clone());
-            self.wanted = Some(wanted.clone());
-            self.uploading.start(move |ticket| wanted.show(&renderer, known, ticket));
+        if let Some(request) = request.filter(|request| self.request.as_ref() != Some(request)) {
+            let (renderer, known) = (Arc::clone(&self.renderer), self.environment.clone());
+            self.request = Some(request.clone());
+            self.uploading.start(move |ticket| request.show(&renderer, known, ticket));
         }
         match self.uploading.poll() {
-            Some(Ok((shown, around, failed))) => {
-                jobs::discard(self.shown.replace(shown));
-                self.around = around;
+            Some(Ok((shown, environment, failed))) => {
+                jobs::drop_in_background(self.shown.replace(shown));
+                self.environment = environment;
                 if let Some(failure) = failed {
                     app.fail(&failure);
                 }
@@ -164,9 +165,9 @@ impl Stage {
     /// Draws what has changed, and says how many pictures that were.
     pub(super) fn draw(
         &mut self,
-        screen: &mut Screen,
+        surface: &mut WindowSurface,
         app: &mut App,
-        session: &Session,
+        ui_state: &UiState,
         view: egui::Rect,
         pixels_per_point: f32,
     ) -> usize {
@@ -180,9 +181,11 @@ impl Stage {
         }
         let Some((_, target)) = &self.target else { return 0 };
         let with_map = drawable(&app.choices.view, &shown.scene);
-        let without =
-            Settings { displace: crate::settings::Displace { lambda: 0.0, ..with_map.displace }, ..with_map.clone() };
-        let both = session.comparing != Comparing::Off;
+        let without = Settings {
+            displace: planish_render::settings::Displace { lambda: 0.0, ..with_map.displace },
+            ..with_map.clone()
+        };
+        let both = ui_state.comparing != Comparing::Off;
         let mut drawn = 0;
         for (i, settings) in [with_map, without].into_iter().enumerate() {
             if i == 1 && !both {
@@ -192,14 +195,14 @@ impl Stage {
                 Some(canvas) if canvas.size == size => canvas,
                 slot => {
                     let before = slot.as_ref().map(|canvas| canvas.id);
-                    slot.insert(Canvas::new(&self.renderer, screen, size, before))
+                    slot.insert(Canvas::new(&self.renderer, surface, size, before))
                 }
             };
             let of = Arc::as_ptr(&shown.scene);
             if canvas.drawn.as_ref().is_some_and(|(drawn, scene)| *drawn == settings && *scene == of) {
                 continue;
             }
-            self.renderer.draw(&shown.uploaded, &shown.scene, &settings, target, &canvas.view);
+            self.renderer.draw(&shown.gpu_scene, &shown.scene, &settings, target, &canvas.view);
             canvas.give(self.renderer.gpu());
             canvas.drawn = Some((settings, of));
             drawn += 1;
@@ -210,15 +213,15 @@ impl Stage {
     /// Draws pictures for files, from any thread, with buffers of its own.
     pub(super) fn drawer(&self) -> Option<impl Fn(&Settings) -> Result<RgbaImage, Failure> + Send + 'static> {
         let (renderer, scene) = (Arc::clone(&self.renderer), Arc::clone(&self.shown.as_ref()?.scene));
-        let uploaded = std::sync::OnceLock::new();
+        let gpu_scene = std::sync::OnceLock::new();
         Some(move |settings: &Settings| {
-            let uploaded = uploaded.get_or_init(|| upload(&renderer, &scene)).as_ref().map_err(Clone::clone)?;
-            Ok(renderer.image_of(uploaded, &scene, &drawable(settings, &scene)))
+            let gpu_scene = gpu_scene.get_or_init(|| upload(&renderer, &scene)).as_ref().map_err(Clone::clone)?;
+            Ok(renderer.image_of(gpu_scene, &scene, &drawable(settings, &scene)))
         })
     }
 }
 
-fn upload(renderer: &Renderer, scene: &Scene) -> Result<Uploaded, Failure> {
+fn upload(renderer: &Renderer, scene: &Scene) -> Result<GpuScene, Failure> {
     renderer.upload(scene).map_err(Failure::internal)
 }
 
@@ -237,7 +240,7 @@ fn drawable(view: &Settings, scene: &Scene) -> Settings {
 
 /// The heights that a map can hold, with zero in the middle.
 pub(super) fn height_range(view: &Settings, scene: &Scene) -> Option<Range> {
-    let encoding = scene.relief.as_ref()?.map.encoding();
+    let encoding = scene.displacement.as_ref()?.map.encoding();
     let bias = view.displace.bias.unwrap_or(encoding.bias);
     let end = bias + view.displace.scale.unwrap_or(encoding.scale);
     let most = bias.abs().max(end.abs());
@@ -245,7 +248,7 @@ pub(super) fn height_range(view: &Settings, scene: &Scene) -> Option<Range> {
 }
 
 impl Canvas {
-    fn new(renderer: &Renderer, screen: &mut Screen, size: Size, before: Option<TextureId>) -> Self {
+    fn new(renderer: &Renderer, surface: &mut WindowSurface, size: Size, before: Option<TextureId>) -> Self {
         let colour = renderer.canvas(size);
         let plain = renderer.gpu().device.create_texture(&wgpu::TextureDescriptor {
             label: Some("view"),
@@ -258,7 +261,7 @@ impl Canvas {
             view_formats: &[],
         });
         let seen = |texture: &wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let id = screen.register(&seen(&plain), before);
+        let id = surface.register(&seen(&plain), before);
         Self { size, view: seen(&colour), colour, plain, id, drawn: None }
     }
 

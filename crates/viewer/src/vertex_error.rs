@@ -1,11 +1,11 @@
-//! How far off a clean mesh the displaced surface is, for heat maps.
+//! Error of each vertex of the displaced surface against a clean mesh, for heat maps.
 
-use crate::input;
-use crate::scene::Scene;
-use crate::settings::{Displace, Range};
 use glam::{DVec3, Vec3};
 use planish_geometry::metrics::{self, CompareError, Heat, Triangles};
 use planish_geometry::source::model::Model;
+use planish_render::input;
+use planish_render::scene::Scene;
+use planish_render::settings::{Displace, Range};
 use std::borrow::Cow;
 
 /// The error of each vertex of a scene as it is displaced, degrees or mean edge lengths. #V, not a number at vertices without
@@ -20,17 +20,17 @@ pub fn errors(
     what: Heat,
 ) -> Result<Vec<f32>, CompareError> {
     let positions = scene
-        .relief
+        .displacement
         .as_ref()
-        .map_or(Cow::Borrowed(&scene.mesh().positions), |relief| Cow::Owned(relief.displaced(displace)));
+        .map_or(Cow::Borrowed(&scene.mesh().positions), |binding| Cow::Owned(binding.displaced(displace)));
     let origin = input::origin(model);
-    let places: Vec<DVec3> = positions.iter().map(|p: &Vec3| p.as_dvec3() + origin).collect();
-    let result = Triangles::from(model.data()).at(model.weld().spread(&places));
+    let positions_in_f64: Vec<DVec3> = positions.iter().map(|p: &Vec3| p.as_dvec3() + origin).collect();
+    let result = Triangles::from(model.data()).at(model.weld().spread(&positions_in_f64));
     let heat = metrics::heat(clean, &result, what)?;
     Ok(model.weld().first().iter().map(|&line| heat[line as usize] as f32).collect())
 }
 
-/// From no error to the 99th percentile: one bad vertex must not leave all others in one colour.
+/// Range of a heat map of errors: from 0 to the 99th percentile, so that one bad vertex does not leave all others in one colour.
 pub fn range(errors: &[f32]) -> Range {
     let mut sorted: Vec<f64> = errors.iter().filter(|x| x.is_finite()).map(|x| f64::from(*x)).collect();
     sorted.sort_unstable_by(f64::total_cmp);

@@ -1,39 +1,37 @@
-//! How the model is drawn. Nothing here changes what is baked.
+//! Section on view and light. Nothing here changes what is baked.
 
-use super::super::controls::{self, Standard};
 use super::super::dialog::FilePurpose;
-use super::super::session::Session;
+use super::super::orbit::{self, Standard};
+use super::super::ui_state::UiState;
 use super::{choose, name};
 use crate::app::App;
-use crate::camera::{Projection, UpAxis};
-use crate::colour::Colour;
-use crate::environment::Part;
-use crate::environment::file::Source;
-use crate::environment::scenes::Scene;
-use crate::ground::Show;
-use crate::lights::{Anchor, Light, LightKind, MAX_LIGHTS};
-use crate::settings::{Normals, Overlay, Sampling, Settings, Shading};
-use crate::shadow::Filter;
 use egui::Ui;
+use planish_render::colour::Colour;
+use planish_render::settings::camera::{Projection, UpAxis};
+use planish_render::settings::environment::{Part, Scene, Source};
+use planish_render::settings::ground::Show;
+use planish_render::settings::lights::{Anchor, Light, LightKind, MAX_LIGHTS};
+use planish_render::settings::shadow::Filter;
+use planish_render::settings::{Normals, Overlay, Sampling, Settings, Shading};
 
-/// What the surface shows, which is wanted all the time.
-pub(super) fn shading(ui: &mut Ui, app: &mut App, session: &mut Session) {
+/// Shading of the surface, which is always shown.
+pub(super) fn shading(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     // Numbers of one's own come from files, and with pictures that are drawn without a window.
     let all = Shading::ALL.iter().filter(|s| **s != Shading::Heat);
     let list = choose(ui, "shading", &mut app.choices.view.shading, all.map(|s| (name(s), *s)));
-    session.mark("shading", list.rect);
+    ui_state.mark("shading", list.rect);
 }
 
-pub(super) fn show(ui: &mut Ui, app: &mut App, session: &mut Session) {
+pub(super) fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     let view = &mut app.choices.view;
     choose(ui, "overlay", &mut view.overlay, Overlay::ALL.iter().map(|o| (name(o), *o)));
     choose(ui, "normals", &mut view.displace.normals, Normals::ALL.iter().map(|n| (name(n), *n)));
     choose(ui, "sampling", &mut view.sampling, Sampling::ALL.iter().map(|s| (name(s), *s)));
     camera(ui, view);
-    lights(ui, view, session);
+    lights(ui, view, ui_state);
     shadows(ui, view);
     material(ui, view);
-    surroundings(ui, view, session);
+    surroundings(ui, view, ui_state);
     if ui.button("Reset").clicked() {
         let Settings { size, camera, displace, .. } = *view;
         *view = Settings { size, camera, displace, ..Settings::default() };
@@ -49,13 +47,13 @@ fn camera(ui: &mut Ui, view: &mut Settings) {
             }
         }
         if ui.small_button("Fit").clicked() {
-            controls::fit(camera);
+            orbit::fit(camera);
         }
     });
     ui.horizontal(|ui| {
         let mut parallel = camera.projection == Projection::Orthographic;
         if ui.checkbox(&mut parallel, "parallel rays").changed() {
-            controls::switch_projection(camera);
+            orbit::switch_projection(camera);
         }
         ui.label("up");
         for (words, up) in [("y", UpAxis::Y), ("z", UpAxis::Z)] {
@@ -67,30 +65,30 @@ fn camera(ui: &mut Ui, view: &mut Settings) {
     }
 }
 
-fn lights(ui: &mut Ui, view: &mut Settings, session: &mut Session) {
-    session.light = session.light.min(view.lights.len().saturating_sub(1));
+fn lights(ui: &mut Ui, view: &mut Settings, ui_state: &mut UiState) {
+    ui_state.light = ui_state.light.min(view.lights.len().saturating_sub(1));
     ui.horizontal(|ui| {
         ui.label("lights").on_hover_text("hold L and drag in the view to move the chosen one");
         for i in 0..view.lights.len() {
-            ui.selectable_value(&mut session.light, i, format!("{}", i + 1));
+            ui.selectable_value(&mut ui_state.light, i, format!("{}", i + 1));
         }
         if ui.add_enabled(view.lights.len() < MAX_LIGHTS, egui::Button::new("+").small()).clicked() {
             let new = view.lights.last().copied().or_else(|| Settings::default().lights.first().copied());
             view.lights.extend(new.map(|light| Light { azimuth: -light.azimuth, ..light }));
-            session.light = view.lights.len() - 1;
+            ui_state.light = view.lights.len() - 1;
         }
         if ui.add_enabled(!view.lights.is_empty(), egui::Button::new("−").small()).clicked() {
-            view.lights.remove(session.light);
+            view.lights.remove(ui_state.light);
         }
     });
-    if let Some(light) = view.lights.get_mut(session.light) {
+    if let Some(light) = view.lights.get_mut(ui_state.light) {
         ui.add(egui::Slider::new(&mut light.azimuth, -180.0..=180.0).text("azimuth").suffix("°"));
         ui.add(egui::Slider::new(&mut light.elevation, -90.0..=90.0).text("elevation").suffix("°"));
         ui.add(egui::Slider::new(&mut light.intensity, 0.0..=3.0).text("intensity"));
         ui.horizontal(|ui| {
             colour(ui, &mut light.colour);
             let anchors = [("camera", Anchor::Camera), ("model", Anchor::Model), ("sun", Anchor::Sun)];
-            choose(ui, "goes with", &mut light.anchor, anchors.map(|(words, anchor)| (words.to_owned(), anchor)));
+            choose(ui, "attached to", &mut light.anchor, anchors.map(|(words, anchor)| (words.to_owned(), anchor)));
         });
         let kinds = [
             ("sun", LightKind::Directional),
@@ -125,7 +123,7 @@ fn shadows(ui: &mut Ui, view: &mut Settings) {
 }
 
 /// The environment, which comes from this program or from a file.
-fn surroundings(ui: &mut Ui, view: &mut Settings, session: &mut Session) {
+fn surroundings(ui: &mut Ui, view: &mut Settings, ui_state: &mut UiState) {
     let mut source = view.environment.as_ref().map(|s| s.source.clone());
     let scenes = [("none", None), ("desert", Some(Scene::Desert)), ("ice", Some(Scene::Ice))];
     let mut all: Vec<(String, Option<Source>)> =
@@ -137,7 +135,7 @@ fn surroundings(ui: &mut Ui, view: &mut Settings, session: &mut Session) {
         choose(ui, "environment", &mut source, all);
         if ui.small_button("…").on_hover_text("a picture twice as wide as high, or a folder with six faces").clicked()
         {
-            session.ask(FilePurpose::Environment);
+            ui_state.ask(FilePurpose::Environment);
         }
     });
     match source {
@@ -145,10 +143,10 @@ fn surroundings(ui: &mut Ui, view: &mut Settings, session: &mut Session) {
         Some(source) => view.environment.get_or_insert_default().source = source,
     }
     let Some(around) = &mut view.environment else { return };
-    ui.add(egui::Slider::new(&mut around.rotation, -180.0..=180.0).text("turned by").suffix("°"));
+    ui.add(egui::Slider::new(&mut around.rotation, -180.0..=180.0).text("rotation").suffix("°"));
     ui.add(egui::Slider::new(&mut around.intensity, 0.0..=4.0).text("brightness"));
     ui.add(egui::Slider::new(&mut around.blur, 0.0..=1.0).text("blur"));
-    ui.add(egui::Slider::new(&mut around.reflectance, 0.0..=1.0).text("mirrors"));
+    ui.add(egui::Slider::new(&mut around.reflectance, 0.0..=1.0).text("reflectance"));
     ui.add(egui::Slider::new(&mut around.roughness, 0.0..=1.0).text("roughness"));
     choose(ui, "behind the model", &mut around.background, Part::ALL.iter().map(|p| (name(p), *p)));
 }

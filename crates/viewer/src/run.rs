@@ -1,4 +1,4 @@
-//! Files in, a picture out, or a window.
+//! Entry of the program: a picture, timings, or the window.
 
 use crate::args::Args;
 use crate::timings;
@@ -10,15 +10,15 @@ use planish_files::terminal::{self, Bar, Terminal};
 use planish_geometry::metrics::Triangles;
 use planish_geometry::metrics::colormap::Colormap;
 use planish_geometry::progress::Progress as _;
-use planish_viewer::app::pictures;
-use planish_viewer::errors;
-use planish_viewer::gpu::{Backend, Gpu, NoGpu};
+use planish_render::gpu::painter::Painter;
+use planish_render::gpu::renderer::Renderer;
+use planish_render::gpu::{Backend, Gpu, NoGpu};
+use planish_render::scene::Scene;
+use planish_render::settings::{Heat, Settings, Shading};
+use planish_render::software;
+use planish_viewer::app::capture;
 use planish_viewer::open::{self, Opened};
-use planish_viewer::painter::Painter;
-use planish_viewer::renderer::Renderer;
-use planish_viewer::scene::Scene;
-use planish_viewer::settings::{Heat, Settings, Shading};
-use planish_viewer::software;
+use planish_viewer::vertex_error;
 use planish_viewer::window::{self, Options};
 use std::path::Path;
 use std::time::Instant;
@@ -69,10 +69,11 @@ fn scene(args: &Args, mut settings: Settings, terminal: &Terminal) -> Result<(Sc
     }
     if let Some(path) = &args.clean {
         let clean = Triangles::from(input::source(path)?.data());
-        let errors = errors::errors(&model, &scene, &settings.displace, &clean, args.error.into());
+        let errors = vertex_error::errors(&model, &scene, &settings.displace, &clean, args.error.into());
         let errors = errors.map_err(|e| Failure::at(path, e))?;
         if args.settings.is_none() {
-            settings.heat = Heat { map: Colormap::Sequential, range: Some(errors::range(&errors)), ..settings.heat };
+            settings.heat =
+                Heat { map: Colormap::Sequential, range: Some(vertex_error::range(&errors)), ..settings.heat };
             settings.shading = args.shading.unwrap_or(Shading::Heat);
         }
         scene.set_scalars(errors).map_err(|e| Failure::at(path, e))?;
@@ -89,7 +90,7 @@ fn picture(args: &Args, output: &Path, settings: Settings) -> Result<(), Failure
     let (scene, settings) = scene(args, settings, &terminal)?;
     terminal.stage("drawing");
     let picture = draw(&scene, &settings, args.backend, &terminal)?;
-    let mut files = vec![(picture_file, pictures::png(&picture)?)];
+    let mut files = vec![(picture_file, capture::png(&picture)?)];
     if let Some(file) = settings_file {
         files.push((file, settings.to_json().map_err(Failure::internal)?.into_bytes()));
     }
@@ -115,8 +116,8 @@ fn draw(scene: &Scene, settings: &Settings, backend: Backend, terminal: &Termina
         painter => painter.map_err(Failure::internal)?,
     };
     let picture = painter.picture(settings).map_err(Failure::internal)?;
-    for complaint in painter.renderer().gpu().complaints() {
-        terminal.warn(&complaint);
+    for error in painter.renderer().gpu().validation_errors() {
+        terminal.warn(&error);
     }
     Ok(picture)
 }
@@ -129,7 +130,7 @@ fn timings(args: &Args, settings: Settings, begun: Instant) -> Result<(), Failur
     let renderer = Renderer::new(Gpu::open(args.backend).map_err(Failure::internal)?);
     let starting = begun.elapsed() - opening;
     let timings = timings::measure(&renderer, &scene, &settings, opening, starting).map_err(Failure::internal)?;
-    renderer.gpu().complaints().iter().for_each(|text| terminal.warn(text));
+    renderer.gpu().validation_errors().iter().for_each(|text| terminal.warn(text));
     terminal.check()?;
     let text = serde_json::to_string_pretty(&timings).map_err(Failure::internal)?;
     terminal.clear();

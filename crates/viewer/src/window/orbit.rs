@@ -1,22 +1,22 @@
-//! What the mouse does to the camera. Angles in degrees; pointer positions in normalised device coordinates, y up.
+//! Orbit control of the camera by the mouse. Angles are in degrees, pointer positions in normalised device coordinates, y up.
 
-use crate::bounds::Sphere;
-use crate::camera::{Camera, Projection};
 use glam::{Vec2, Vec3};
+use planish_render::bounds::Sphere;
+use planish_render::settings::camera::{Camera, Projection};
 
 /// Degrees that a drag over the height of the view turns the model.
-const TURN: f32 = 200.0;
+const DEGREES_PER_HEIGHT: f32 = 200.0;
 
-/// A camera before a model, in a view of some shape.
+/// Model and shape of the viewport that a camera is moved in.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stand {
-    /// Of the model.
+pub(super) struct ViewportCamera {
+    /// Bounding sphere of the model.
     pub(super) bounds: Sphere,
-    /// Width / height.
+    /// Aspect ratio of the viewport, width / height.
     pub(super) aspect: f32,
 }
 
-impl Stand {
+impl ViewportCamera {
     /// The point under the pointer, as far away as what the camera looks at. World space.
     fn under(&self, camera: &Camera, pointer: Vec2) -> Vec3 {
         let view = camera.view(self.bounds, self.aspect);
@@ -29,34 +29,34 @@ impl Stand {
         self.bounds.radius.max(f32::MIN_POSITIVE.sqrt())
     }
 
-    fn shift(&self, camera: &mut Camera, way: Vec3) {
-        let moved = camera.target + way / self.radius();
+    fn shift(&self, camera: &mut Camera, offset: Vec3) {
+        let moved = camera.target + offset / self.radius();
         // Beyond that nothing of the model can be seen.
         camera.target = moved.clamp_length_max(100.0);
     }
 
     /// Moves the model with the pointer.
     pub(super) fn pan(&self, camera: &mut Camera, from: Vec2, to: Vec2) {
-        let way = self.under(camera, from) - self.under(camera, to);
-        self.shift(camera, way);
+        let offset = self.under(camera, from) - self.under(camera, to);
+        self.shift(camera, offset);
     }
 
     /// Goes nearer (factor below 1) or away; what is under the pointer stays there.
     pub(super) fn zoom(&self, camera: &mut Camera, pointer: Vec2, factor: f32) {
         let before = self.under(camera, pointer);
         camera.distance = (camera.distance * factor).clamp(0.01, 50.0);
-        let way = before - self.under(camera, pointer);
-        self.shift(camera, way);
+        let offset = before - self.under(camera, pointer);
+        self.shift(camera, offset);
     }
 }
 
 /// Turns the model with the pointer; `drag` in heights of the view.
 pub(super) fn orbit(camera: &mut Camera, drag: Vec2) {
-    camera.yaw = (camera.yaw - TURN * drag.x).rem_euclid(360.0);
-    camera.pitch = (camera.pitch + TURN * drag.y).clamp(-90.0, 90.0);
+    camera.yaw = (camera.yaw - DEGREES_PER_HEIGHT * drag.x).rem_euclid(360.0);
+    camera.pitch = (camera.pitch + DEGREES_PER_HEIGHT * drag.y).clamp(-90.0, 90.0);
 }
 
-/// All of the model, from where the camera is.
+/// Fits the model into the view without turning the camera.
 pub(super) fn fit(camera: &mut Camera) {
     (camera.distance, camera.target) = (1.0, Vec3::ZERO);
 }
@@ -64,25 +64,25 @@ pub(super) fn fit(camera: &mut Camera) {
 /// A view along an axis of the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Standard {
-    /// From the front.
+    /// View from the front.
     Front,
-    /// From behind.
+    /// View from behind.
     Back,
-    /// From the model's left.
+    /// View from the model's left.
     Right,
-    /// From the model's right.
+    /// View from the model's right.
     Left,
-    /// From above.
+    /// View from above.
     Top,
-    /// From below.
+    /// View from below.
     Bottom,
 }
 
 impl Standard {
-    /// All of them.
+    /// All standard views, in the order of the buttons.
     pub(super) const ALL: [Self; 6] = [Self::Front, Self::Right, Self::Top, Self::Back, Self::Left, Self::Bottom];
 
-    /// Goes there and shows all of the model.
+    /// Turns the camera to the view and fits the model into it.
     pub(super) fn show(self, camera: &mut Camera) {
         (camera.yaw, camera.pitch) = match self {
             Self::Front => (0.0, 0.0),
@@ -96,7 +96,7 @@ impl Standard {
     }
 }
 
-/// From a vanishing point to parallel rays and back.
+/// Switches between perspective and parallel rays.
 pub(super) fn switch_projection(camera: &mut Camera) {
     camera.projection = match camera.projection {
         Projection::Perspective { .. } => Projection::Orthographic,
@@ -108,7 +108,8 @@ pub(super) fn switch_projection(camera: &mut Camera) {
 mod tests {
     use super::*;
 
-    const STAND: Stand = Stand { bounds: Sphere { centre: Vec3::new(3.0, -1.0, 2.0), radius: 0.5 }, aspect: 1.6 };
+    const CAMERA: ViewportCamera =
+        ViewportCamera { bounds: Sphere { centre: Vec3::new(3.0, -1.0, 2.0), radius: 0.5 }, aspect: 1.6 };
 
     fn cameras() -> [Camera; 2] {
         [Projection::default(), Projection::Orthographic].map(|projection| Camera {
@@ -123,10 +124,10 @@ mod tests {
     fn zoom_keeps_what_is_under_the_pointer() {
         for mut camera in cameras() {
             let pointer = Vec2::new(0.6, -0.3);
-            let point = STAND.under(&camera, pointer);
+            let point = CAMERA.under(&camera, pointer);
             for factor in [0.5, 3.0, 0.9] {
-                STAND.zoom(&mut camera, pointer, factor);
-                let found = camera.view(STAND.bounds, STAND.aspect).clip_from_world.project_point3(point);
+                CAMERA.zoom(&mut camera, pointer, factor);
+                let found = camera.view(CAMERA.bounds, CAMERA.aspect).clip_from_world.project_point3(point);
                 assert!(found.truncate().distance(pointer) < 1e-3, "{camera:?}: {found}");
             }
         }
@@ -136,9 +137,9 @@ mod tests {
     fn a_point_follows_the_pointer_that_pans() {
         for mut camera in cameras() {
             let [from, to] = [Vec2::new(-0.2, 0.4), Vec2::new(0.5, -0.1)];
-            let point = STAND.under(&camera, from);
-            STAND.pan(&mut camera, from, to);
-            let found = camera.view(STAND.bounds, STAND.aspect).clip_from_world.project_point3(point);
+            let point = CAMERA.under(&camera, from);
+            CAMERA.pan(&mut camera, from, to);
+            let found = camera.view(CAMERA.bounds, CAMERA.aspect).clip_from_world.project_point3(point);
             assert!(found.truncate().distance(to) < 1e-3, "{found}");
         }
     }
@@ -147,9 +148,9 @@ mod tests {
     fn the_model_is_never_cut_off_in_front_or_behind() {
         for mut camera in cameras() {
             camera.distance = 2.0;
-            let view = camera.view(STAND.bounds, STAND.aspect);
+            let view = camera.view(CAMERA.bounds, CAMERA.aspect);
             for side in [view.world_from_view.z_axis, -view.world_from_view.z_axis] {
-                let depth = view.clip_from_world.project_point3(STAND.bounds.centre + STAND.bounds.radius * side).z;
+                let depth = view.clip_from_world.project_point3(CAMERA.bounds.centre + CAMERA.bounds.radius * side).z;
                 assert!((0.0..=1.0).contains(&depth), "{depth}");
             }
         }

@@ -1,12 +1,12 @@
-//! A scene on the device.
+//! Scene that was uploaded to the device.
 
-use super::bindings::{Layouts, bind};
-use super::pictures::{self, Samplers};
+use super::bind_groups::{Layouts, bind};
+use super::targets::{self, Samplers};
+use crate::displaced_mesh::DisplacementBinding;
 use crate::environment::cube::CubeMap;
 use crate::gpu::render_mesh::{RenderMesh, Run};
 use crate::gpu::types::{Displacement, Frame};
 use crate::gpu::{Gpu, NoGpu};
-use crate::relief::Relief;
 use crate::scene::Scene;
 use crate::settings::Settings;
 use bytemuck::Pod;
@@ -14,33 +14,33 @@ use glam::Vec3;
 use planish_geometry::metrics::colormap::Colormap;
 use wgpu::BufferUsages;
 
-/// Buffers and textures of a scene.
+/// Buffers and textures of a scene on the device.
 #[derive(Debug)]
-pub struct Uploaded {
+pub struct GpuScene {
     pub(super) corner_count: u32,
     pub(super) vertex_count: u32,
     pub(super) frame: wgpu::Buffer,
     pub(super) displacement: wgpu::Buffer,
-    pub(super) places: wgpu::Buffer,
+    pub(super) positions: wgpu::Buffer,
     pub(super) map_bindings: wgpu::BindGroup,
     pub(super) surface_bindings: wgpu::BindGroup,
-    /// The same without the normals that are being computed.
+    /// Bind group of the surface for compute passes: it leaves out the normals that are being computed.
     pub(super) computed_surface_bindings: wgpu::BindGroup,
     pub(super) result_bindings: wgpu::BindGroup,
     pub(super) environment: wgpu::TextureView,
     pub(super) environment_sampler: wgpu::Sampler,
-    /// What is drawn with which texture.
+    /// Ranges of corners that share a texture.
     pub(super) runs: Vec<Run>,
     textures: Vec<wgpu::TextureView>,
-    /// Where there is none.
+    /// White texel that stands in where there is no texture.
     plain: wgpu::TextureView,
     normal_map: wgpu::TextureView,
     bytes: u64,
-    /// In the order of [`Colormap::ALL`].
+    /// Colour maps, in the order of [`Colormap::ALL`].
     heat_maps: Vec<wgpu::TextureView>,
 }
 
-impl Uploaded {
+impl GpuScene {
     pub(super) fn new(gpu: &Gpu, layouts: &Layouts, scene: &Scene) -> Result<Self, NoGpu> {
         let device = &gpu.device;
         let mesh = RenderMesh::new(scene);
@@ -58,20 +58,22 @@ impl Uploaded {
         let uniform = |size: usize| buffer(size as u64, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
         let [vertices, extras, wedges, corners, rings] = all.map(|bytes| storage(&bytes));
         let results = || buffer(16 * mesh.vertices.len().max(1) as u64, BufferUsages::STORAGE | BufferUsages::COPY_SRC);
-        let (places, normals) = (results(), results());
+        let (positions, normals) = (results(), results());
         let frame = uniform(size_of::<Frame>());
         let displacement = uniform(size_of::<Displacement>());
-        let height_map =
-            scene.relief.as_ref().map_or_else(|| pictures::floats(gpu, [1, 1], 1, &[0.0]), |relief| map(gpu, relief));
+        let height_map = scene
+            .displacement
+            .as_ref()
+            .map_or_else(|| targets::floats(gpu, [1, 1], 1, &[0.0]), |binding| map(gpu, binding));
         let group = |layout, resources: &[wgpu::BindingResource]| bind(device, layout, resources);
-        let plain = pictures::plain(gpu, [u8::MAX; 4]);
-        let uploaded = |texture| pictures::uploaded(gpu, texture);
+        let plain = targets::plain(gpu, [u8::MAX; 4]);
+        let uploaded = |texture| targets::upload_texture(gpu, texture);
         let surface = [&vertices, &extras, &wedges, &corners].map(wgpu::Buffer::as_entire_binding);
         let with = |normals: &wgpu::Buffer| {
             let [a, b, c, d] = surface.clone();
             group(&layouts.surface, &[a, b, c, d, normals.as_entire_binding()])
         };
-        let buffers = [&vertices, &extras, &wedges, &corners, &rings, &places, &normals];
+        let buffers = [&vertices, &extras, &wedges, &corners, &rings, &positions, &normals];
         Ok(Self {
             bytes: buffers.iter().map(|buffer| buffer.size()).sum(),
             corner_count: mesh.corners.len() as u32,
@@ -82,26 +84,29 @@ impl Uploaded {
             ),
             surface_bindings: with(&normals),
             computed_surface_bindings: with(&vertices),
-            result_bindings: group(&layouts.results, &[&places, &normals, &rings].map(wgpu::Buffer::as_entire_binding)),
+            result_bindings: group(
+                &layouts.results,
+                &[&positions, &normals, &rings].map(wgpu::Buffer::as_entire_binding),
+            ),
             frame,
             displacement,
-            places,
+            positions,
             environment: environment_map(gpu, scene),
-            environment_sampler: pictures::smooth_sampler(device),
+            environment_sampler: targets::smooth_sampler(device),
             runs: mesh.runs,
             textures: scene.textures.all().iter().map(uploaded).collect(),
             normal_map: scene.normal_map.as_ref().map_or_else(|| plain.clone(), uploaded),
             plain,
-            heat_maps: Colormap::ALL.iter().map(|map| pictures::row(gpu, &texels(*map))).collect(),
+            heat_maps: Colormap::ALL.iter().map(|map| targets::row(gpu, &texels(*map))).collect(),
         })
     }
 
-    /// Bytes of its buffers; textures come on top.
+    /// Returns the size of the buffers, bytes; textures come on top.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// For a run.
+    /// Binds the textures that a run of triangles is drawn with.
     pub(super) fn texture_bindings(
         &self,
         device: &wgpu::Device,
@@ -128,20 +133,20 @@ fn texels(map: Colormap) -> Vec<[u8; 4]> {
     map.samples().iter().map(texel).collect()
 }
 
-/// At least one element: an empty buffer cannot be bound.
+/// Bytes of an array, of at least one element: an empty buffer cannot be bound.
 fn contents<T: Pod>(all: &[T]) -> Vec<u8> {
     if all.is_empty() { vec![0; size_of::<T>()] } else { bytemuck::cast_slice(all).to_vec() }
 }
 
-/// Heights as one channel; vectors as three and one for the alignment.
-fn map(gpu: &Gpu, relief: &Relief) -> wgpu::TextureView {
-    let (size, planes) = (relief.map.size(), relief.map.planes());
+/// Uploads a displacement map: heights as one channel, vectors as three and one for the alignment.
+fn map(gpu: &Gpu, binding: &DisplacementBinding) -> wgpu::TextureView {
+    let (size, planes) = (binding.map.size(), binding.map.planes());
     match planes {
-        [heights] => pictures::floats(gpu, [size.width, size.height], 1, heights),
+        [heights] => targets::floats(gpu, [size.width, size.height], 1, heights),
         planes => {
             let texel = |i: usize| [planes[0][i], planes[1][i], planes[2][i], 1.0];
             let texels: Vec<[f32; 4]> = (0..planes[0].len()).map(texel).collect();
-            pictures::floats(gpu, [size.width, size.height], 4, texels.as_flattened())
+            targets::floats(gpu, [size.width, size.height], 4, texels.as_flattened())
         }
     }
 }
@@ -149,5 +154,5 @@ fn map(gpu: &Gpu, relief: &Relief) -> wgpu::TextureView {
 /// The cube map of a scene on the device; black without one.
 fn environment_map(gpu: &Gpu, scene: &Scene) -> wgpu::TextureView {
     let black = [CubeMap::from_fn(1, |_| Vec3::ZERO)];
-    pictures::cube(gpu, scene.environment.as_ref().map_or(&black[..], |environment| &environment.levels))
+    targets::cube(gpu, scene.environment.as_ref().map_or(&black[..], |environment| &environment.levels))
 }

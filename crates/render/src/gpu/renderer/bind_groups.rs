@@ -1,4 +1,4 @@
-//! Which resources stand where; the groups and numbers are those in `shaders/`.
+//! Layouts of the bind groups; groups and binding numbers are those in `shaders/`.
 
 use crate::gpu::types::Caster;
 use wgpu::ShaderStages;
@@ -6,17 +6,17 @@ use wgpu::ShaderStages;
 /// Layouts of the bind groups.
 #[derive(Debug)]
 pub(super) struct Layouts {
-    /// 0: the frame, and what lights it.
+    /// Group 0: the frame, and what lights it.
     pub(super) frame: wgpu::BindGroupLayout,
-    /// 0, for shadow maps: the eye of a light.
+    /// Group 0 of the shadow map pass: the view of a light.
     pub(super) caster: wgpu::BindGroupLayout,
-    /// 1: the map.
+    /// Group 1: the displacement map.
     pub(super) map: wgpu::BindGroupLayout,
-    /// 2: the mesh.
+    /// Group 2: the mesh.
     pub(super) surface: wgpu::BindGroupLayout,
-    /// 3, in colour: textures.
+    /// Group 3 of the colour pass: textures.
     pub(super) textures: wgpu::BindGroupLayout,
-    /// 3, in computations: results.
+    /// Group 3 of compute passes: results.
     pub(super) results: wgpu::BindGroupLayout,
 }
 
@@ -58,7 +58,7 @@ const READ: wgpu::BindingType = buffer(wgpu::BufferBindingType::Storage { read_o
 const WRITE: wgpu::BindingType = buffer(wgpu::BufferBindingType::Storage { read_only: false });
 const SAMPLER: wgpu::BindingType = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
 const NEAREST: wgpu::BindingType = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::NonFiltering);
-/// Only ever read texel by texel.
+/// Texture that is only ever read texel by texel.
 const EXACT: wgpu::BindingType = texture(wgpu::TextureSampleType::Float { filterable: false });
 const FILTERED: wgpu::BindingType = texture(wgpu::TextureSampleType::Float { filterable: true });
 
@@ -67,7 +67,7 @@ const ONE_OF_MANY: wgpu::BindingType = wgpu::BindingType::Buffer {
     has_dynamic_offset: true,
     min_binding_size: wgpu::BufferSize::new(size_of::<Caster>() as u64),
 };
-/// Depth, read texel by texel.
+/// Layers of depth that are read texel by texel.
 const LAYERS: wgpu::BindingType = wgpu::BindingType::Texture {
     sample_type: wgpu::TextureSampleType::Float { filterable: false },
     view_dimension: wgpu::TextureViewDimension::D2Array,
@@ -87,7 +87,7 @@ const fn texture(sample_type: wgpu::TextureSampleType) -> wgpu::BindingType {
     wgpu::BindingType::Texture { sample_type, view_dimension: wgpu::TextureViewDimension::D2, multisampled: false }
 }
 
-/// Resources in the order of their numbers.
+/// Binds resources in the order of their binding numbers.
 pub(super) fn bind(
     device: &wgpu::Device,
     layout: &wgpu::BindGroupLayout,

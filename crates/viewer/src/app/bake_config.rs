@@ -1,4 +1,4 @@
-//! What is baked, as the window chooses it, and the command line that does the same.
+//! Configuration of the bake that the window has chosen, and the command line that bakes the same files.
 
 use planish_files::bake_files::{self, Job};
 use planish_files::failure::Failure;
@@ -13,35 +13,35 @@ use planish_geometry::mesh::weld::Welding;
 use planish_geometry::named::Named;
 use std::path::{Path, PathBuf};
 
-/// Everything that `planish bake` has options for.
+/// Configuration of a bake: everything that `planish bake` has options for.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Recipe {
-    /// The method, unless there is a target.
+pub struct BakeConfig {
+    /// Denoising method; not used while there is a target.
     pub denoiser: Denoiser,
-    /// What it may not do.
-    pub limits: Holds,
-    /// The result of another denoiser.
+    /// Limits of the method.
+    pub limits: LimitOptions,
+    /// Mesh that another denoiser has made, which the map leads to.
     pub target: Option<PathBuf>,
-    /// All else; its goal is not looked at.
+    /// All other settings; their goal is not used.
     pub settings: Settings,
 }
 
-/// Limits, as the command line has them.
+/// Limits of the method, as the command line has them.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Holds {
-    /// Whether the rim stays.
+pub struct LimitOptions {
+    /// Whether vertices on the boundary are fixed.
     pub boundary: bool,
-    /// A text with the `v` lines that stay.
+    /// Text file that lists the `v` lines of fixed vertices.
     pub mask: Option<PathBuf>,
-    /// `v` lines that stay, of a manifest.
+    /// Fixed vertices that a manifest lists, as `v` lines.
     pub lines: Mask,
-    /// How far a vertex may go, mean edge lengths.
+    /// Largest displacement of a vertex, mean edge lengths; none without a limit.
     pub max_displacement: Option<f64>,
     /// Whether the enclosed volume is restored.
     pub preserve_volume: bool,
 }
 
-impl Holds {
+impl LimitOptions {
     fn of(limits: &Limits) -> Self {
         let boundary = limits.fixed == Mask::boundary();
         Self {
@@ -66,8 +66,8 @@ impl Holds {
     }
 }
 
-impl Recipe {
-    /// What a manifest says, as far as it says it.
+impl BakeConfig {
+    /// Restores the configuration from a manifest, as far as it is in there.
     pub fn of(manifest: &Manifest, path: &Path) -> Self {
         let (map, normal_map) = (&manifest.displacement, &manifest.normal_map);
         let (mut denoiser, mut limits, mut target) = <_>::default();
@@ -76,7 +76,7 @@ impl Recipe {
                 // Maps of heights are along normals whatever the method says.
                 let free = map.map == MapKind::Scalar;
                 denoiser = if free { denoising.denoiser.freed() } else { denoising.denoiser.clone() };
-                limits = Holds::of(&denoising.limits);
+                limits = LimitOptions::of(&denoising.limits);
             }
             Method::Target(of) => target = Some(path.with_file_name(&of.file)),
             Method::Other(_) => {}
@@ -106,7 +106,7 @@ impl Recipe {
         Self { denoiser, limits, target, settings }
     }
 
-    /// Settings with their goal, for a mesh and a folder.
+    /// Returns the settings with their goal, for a mesh and a folder.
     pub fn settings(&self, job: &Job) -> Result<Settings, Failure> {
         let goal = match &self.target {
             Some(path) => job.target(path)?,
@@ -118,7 +118,7 @@ impl Recipe {
         Ok(Settings { goal, ..self.settings.clone() })
     }
 
-    /// The arguments of `planish` that bake the same files; what is as by default is left out.
+    /// Returns the arguments of `planish` that bake the same files; defaults are left out.
     pub fn arguments(&self, input: &Path, folder: &Path) -> Vec<String> {
         let mut out = vec!["bake".to_owned(), input.display().to_string()];
         let mut add = |option: &str, value: String| out.extend([format!("--{option}"), value]);
@@ -139,7 +139,7 @@ impl Recipe {
         out
     }
 
-    /// Options of the method and its limits.
+    /// Adds the options of the method and its limits.
     fn add_method(&self, add: &mut impl FnMut(&str, String)) {
         if self.denoiser.name() != Denoiser::default().name() {
             add("method", self.denoiser.name().to_owned());
@@ -158,7 +158,7 @@ impl Recipe {
         }
     }
 
-    /// The same as one line for a shell.
+    /// Returns the command line that bakes the same files, quoted for a shell.
     pub fn command(&self, input: &Path, folder: &Path) -> String {
         let words = self.arguments(input, folder);
         let mut all: Vec<String> = vec!["planish".to_owned()];
@@ -181,11 +181,11 @@ fn quoted(word: &str) -> String {
     }
 }
 
-/// Options of all settings that have a value and are not the default.
+/// Adds the options of all settings that have a value and are not the default.
 fn add_settings(settings: &Settings, add: &mut impl FnMut(&str, String)) {
     let default = Settings::default();
     let Settings {
-        // The recipe has a method or a target instead.
+        // The configuration has a method or a target instead.
         goal: _,
         welding,
         normals,
@@ -230,7 +230,7 @@ fn add_settings(settings: &Settings, add: &mut impl FnMut(&str, String)) {
     unless(*convention == default.convention, "normal-convention", convention.name().to_owned());
 }
 
-/// All values of an enum with their names.
+/// Lists all values of an enum with their names.
 pub fn choices<T: Named>() -> impl Iterator<Item = (String, T)> {
     T::VALUES.iter().map(|value| (value.word().name.to_owned(), *value))
 }
@@ -268,19 +268,19 @@ mod tests {
 
     #[test]
     fn defaults_are_left_out() {
-        let recipe = Recipe::default();
-        assert_eq!(recipe.command(Path::new("a/b c.obj"), Path::new("b c-planish")), "planish bake 'a/b c.obj'");
+        let bake_config = BakeConfig::default();
+        assert_eq!(bake_config.command(Path::new("a/b c.obj"), Path::new("b c-planish")), "planish bake 'a/b c.obj'");
         let folder = Path::new("it's");
-        assert_eq!(recipe.command(Path::new("a.obj"), folder), r"planish bake a.obj --output 'it'\''s'");
+        assert_eq!(bake_config.command(Path::new("a.obj"), folder), r"planish bake a.obj --output 'it'\''s'");
     }
 
     #[test]
     fn what_is_chosen_is_said() {
-        let mut recipe = Recipe { denoiser: Denoiser::every()[1].clone(), ..Recipe::default() };
-        recipe.settings.map = MapKind::VectorTangent;
-        recipe.settings.texel = TexelFormat::Exr16;
-        recipe.settings.carriers = Carriers::Obj;
-        let words = recipe.command(Path::new("a.obj"), Path::new("a-planish"));
+        let mut bake_config = BakeConfig { denoiser: Denoiser::every()[1].clone(), ..BakeConfig::default() };
+        bake_config.settings.map = MapKind::VectorTangent;
+        bake_config.settings.texel = TexelFormat::Exr16;
+        bake_config.settings.carriers = Carriers::Obj;
+        let words = bake_config.command(Path::new("a.obj"), Path::new("a-planish"));
         let expected =
             "planish bake a.obj --method taubin --map vector --space tangent --format exr --bits 16 --no-glb";
         assert_eq!(words, expected);

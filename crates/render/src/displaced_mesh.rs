@@ -1,4 +1,4 @@
-//! A map that moves vertices: the baked one, which takes noise off, or any picture of heights, which puts a relief on.
+//! A displacement map that is bound to a mesh: the baked one, which is subtracted, or any picture of heights, which is added.
 
 use crate::mesh::Mesh;
 use crate::settings::Displace;
@@ -9,42 +9,42 @@ use planish_geometry::mesh::jagged::Ragged;
 use rayon::prelude::*;
 use std::borrow::Cow;
 
-/// Which way heights go.
+/// Direction in which heights move a vertex along its normal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Sense {
+pub enum Sign {
     /// p − λ · height · n: the map says how far noise lifted each vertex.
     #[default]
-    TakenOff,
+    Subtract,
     /// p + λ · height · n: the map says how far to lift each vertex.
-    PutOn,
+    Add,
 }
 
 /// A map and where each vertex samples it.
 #[derive(Clone, Debug)]
-pub struct Relief {
-    /// The map.
+pub struct DisplacementBinding {
+    /// Decoded displacement map.
     pub map: Displacement,
     /// One for each position of the mesh, with the same coordinates. #V
     pub vertices: Vec<ShaderVertex>,
-    /// Which way heights go.
-    pub sense: Sense,
+    /// Direction in which heights move a vertex along its normal.
+    pub sign: Sign,
     /// The other two corners of the triangles around each vertex, counter-clockwise. #V
     pub(crate) rings: Ragged<[u32; 2]>,
 }
 
-impl Relief {
+impl DisplacementBinding {
     /// Prepares normals of the displaced surface.
-    pub fn new(mesh: &Mesh, map: Displacement, vertices: Vec<ShaderVertex>, sense: Sense) -> Self {
+    pub fn new(mesh: &Mesh, map: Displacement, vertices: Vec<ShaderVertex>, sign: Sign) -> Self {
         let around = |t: [u32; 3]| (0..3).map(move |k| (t[k], [t[(k + 1) % 3], t[(k + 2) % 3]]));
         let rings = Ragged::group(mesh.positions.len(), mesh.triangles.iter().flat_map(|t| around(t.positions)));
-        Self { map, vertices, sense, rings }
+        Self { map, vertices, sign, rings }
     }
 
     /// λ with its sign for p − λ · height · n.
     pub(crate) fn signed_lambda(&self, displace: &Displace) -> f32 {
-        match self.sense {
-            Sense::TakenOff => displace.lambda,
-            Sense::PutOn => -displace.lambda,
+        match self.sign {
+            Sign::Subtract => displace.lambda,
+            Sign::Add => -displace.lambda,
         }
     }
 
@@ -59,7 +59,7 @@ impl Relief {
         self.map.kind() == MapKind::Scalar && self.vertices.iter().any(|v| matches!(v.sample_at, Some(SampleAt::Uv(_))))
     }
 
-    /// How far texel 1 lifts the surface over texel 0, model units.
+    /// Height difference between texel 1 and texel 0 along the normal at this λ, model units.
     pub(crate) fn lift(&self, displace: &Displace) -> f32 {
         -self.signed_lambda(displace) * self.bias_and_scale(displace)[1]
     }
@@ -73,22 +73,22 @@ impl Relief {
 
     fn map_with(&self, displace: &Displace) -> Cow<'_, Displacement> {
         let Encoding { bias, scale, .. } = self.map.encoding();
-        let wanted = self.bias_and_scale(displace);
-        if wanted == [bias, scale] {
+        let range = self.bias_and_scale(displace);
+        if range == [bias, scale] {
             Cow::Borrowed(&self.map)
         } else {
-            Cow::Owned(self.map.with_range(wanted[0], wanted[1]))
+            Cow::Owned(self.map.with_range(range[0], range[1]))
         }
     }
 
-    /// Where the vertices go. #V×3, model units.
+    /// Returns the displaced positions, #V×3, model units.
     pub fn displaced(&self, displace: &Displace) -> Vec<Vec3> {
         let map = self.map_with(displace);
         let lambda = self.signed_lambda(displace);
         self.vertices.par_iter().map(|v| v.displaced(&map, lambda)).collect()
     }
 
-    /// What the map says at each vertex, model units: the height, or the length of the vector. #V
+    /// Returns the height, or the length of the vector, that the map has at each vertex; #V, model units.
     pub fn heights(&self, displace: &Displace) -> Vec<f32> {
         let map = self.map_with(displace);
         self.vertices.par_iter().map(|v| v.height(&map)).collect()

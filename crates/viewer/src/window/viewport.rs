@@ -1,25 +1,25 @@
 //! The part of the window that shows the model: its pictures, what the mouse does there, and what is written over it.
 
-use super::controls::{self, Stand};
-use super::session::{Comparing, Session};
-use super::stage::height_range;
+use super::orbit::{self, ViewportCamera};
+use super::ui_state::{Comparing, UiState};
+use super::viewport_targets::height_range;
 use crate::app::jobs::Status;
 use crate::app::{App, MessageKind, Work};
-use crate::bounds::Sphere;
-use crate::lights::Light;
-use crate::settings::Shading;
 use egui::{Color32, CursorIcon, Pos2, Rect, Sense, Ui, Vec2, pos2, vec2};
+use planish_render::bounds::Sphere;
+use planish_render::settings::Shading;
+use planish_render::settings::lights::Light;
 
 /// Seconds between pictures that blink.
 const BLINK: f64 = 0.7;
 
 const UNIT: Rect = Rect { min: pos2(0.0, 0.0), max: pos2(1.0, 1.0) };
 
-/// All of it.
-pub(super) fn show(ui: &mut Ui, app: &mut App, session: &mut Session) {
+/// Draws the viewport and handles the mouse in it.
+pub(super) fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     let rect = ui.available_rect_before_wrap();
-    session.view = Some(rect).filter(|r| r.width() >= 1.0 && r.height() >= 1.0);
-    session.mark("view", rect);
+    ui_state.view = Some(rect).filter(|r| r.width() >= 1.0 && r.height() >= 1.0);
+    ui_state.mark("view", rect);
     let response = ui.allocate_rect(rect, Sense::click_and_drag());
     if response.clicked() || response.drag_started() {
         ui.memory_mut(|m| {
@@ -29,13 +29,13 @@ pub(super) fn show(ui: &mut Ui, app: &mut App, session: &mut Session) {
         });
     }
     if app.document().is_none() {
-        welcome(ui, rect, app, session);
+        welcome(ui, rect, app, ui_state);
     } else {
-        steer(ui, &response, app, session);
-        pictures(ui, rect, app, session);
+        steer(ui, &response, app, ui_state);
+        pictures(ui, rect, app, ui_state);
         legend(ui, rect, app);
     }
-    notices(ui, rect, app, session);
+    notices(ui, rect, app, ui_state);
     if ui.input(|i| !i.raw.hovered_files.is_empty()) {
         ui.painter().rect_filled(rect, 0.0, Color32::from_black_alpha(120));
         let font = egui::FontId::proportional(24.0);
@@ -43,20 +43,20 @@ pub(super) fn show(ui: &mut Ui, app: &mut App, session: &mut Session) {
     }
 }
 
-/// What there is to do at the start.
-fn welcome(ui: &mut Ui, rect: Rect, app: &mut App, session: &mut Session) {
+/// Shows what can be opened at the start.
+fn welcome(ui: &mut Ui, rect: Rect, app: &mut App, ui_state: &mut UiState) {
     let area = Rect::from_center_size(rect.center(), vec2(420.0_f32.min(rect.width() - 20.0), 320.0));
     ui.scope_builder(egui::UiBuilder::new().max_rect(area), |ui| {
         ui.vertical_centered(|ui| {
             ui.heading("planish");
             ui.label("Drop a mesh (.obj) or a map (.planish.json) here");
             let open = ui.button("Open …");
-            session.mark("open", open.rect);
+            ui_state.mark("open", open.rect);
             if open.clicked() {
-                session.ask(super::dialog::FilePurpose::Open);
+                ui_state.ask(super::dialog::FilePurpose::Open);
             }
             ui.add_space(16.0);
-            for path in app.remembered.recent.clone() {
+            for path in app.window_state.recent.clone() {
                 let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
                 if ui.link(name).on_hover_text(path.display().to_string()).clicked() {
                     app.open(&path);
@@ -72,39 +72,39 @@ fn device(rect: Rect, p: Pos2) -> glam::Vec2 {
     glam::Vec2::new(2.0 * unit.x - 1.0, 1.0 - 2.0 * unit.y)
 }
 
-/// Mouse and camera.
-fn steer(ui: &Ui, response: &egui::Response, app: &mut App, session: &mut Session) {
+/// Moves the camera with the mouse.
+fn steer(ui: &Ui, response: &egui::Response, app: &mut App, ui_state: &mut UiState) {
     let rect = response.rect;
     let bounds = app.document().map_or_else(Sphere::default, |document| document.scene.bounds());
-    let stand = Stand { bounds, aspect: rect.width() / rect.height() };
+    let viewport_camera = ViewportCamera { bounds, aspect: rect.width() / rect.height() };
     let (drag, at) = (response.drag_delta(), response.interact_pointer_pos());
     let camera = &mut app.choices.view.camera;
-    let divider = rect.left() + rect.width() * session.divider.unwrap_or(0.5);
-    let on_divider = |p: Pos2| session.comparing == Comparing::Split && (p.x - divider).abs() < 8.0;
-    let holding = ui.memory(|m| m.data.get_temp::<bool>(response.id)).unwrap_or(false);
-    if response.hover_pos().is_some_and(on_divider) || holding {
+    let divider = rect.left() + rect.width() * ui_state.divider.unwrap_or(0.5);
+    let on_divider = |p: Pos2| ui_state.comparing == Comparing::Split && (p.x - divider).abs() < 8.0;
+    let drags_divider = ui.memory(|m| m.data.get_temp::<bool>(response.id)).unwrap_or(false);
+    if response.hover_pos().is_some_and(on_divider) || drags_divider {
         ui.set_cursor_icon(CursorIcon::ResizeHorizontal);
     }
     if response.drag_started() {
-        let held = ui.input(|i| i.pointer.press_origin()).is_some_and(on_divider);
-        ui.memory_mut(|m| m.data.insert_temp(response.id, held));
+        let on_grip = ui.input(|i| i.pointer.press_origin()).is_some_and(on_divider);
+        ui.memory_mut(|m| m.data.insert_temp(response.id, on_grip));
     }
     if response.drag_stopped() {
         ui.memory_mut(|m| m.data.insert_temp(response.id, false));
     }
     if let Some(at) = at.filter(|_| response.dragged() && drag != Vec2::ZERO) {
         let (shift, light) = ui.input(|i| (i.modifiers.shift, i.key_down(egui::Key::L)));
-        if holding {
-            session.divider = Some(((at.x - rect.left()) / rect.width()).clamp(0.0, 1.0));
+        if drags_divider {
+            ui_state.divider = Some(((at.x - rect.left()) / rect.width()).clamp(0.0, 1.0));
         } else if !response.dragged_by(egui::PointerButton::Primary) || shift {
-            stand.pan(camera, device(rect, at - drag), device(rect, at));
+            viewport_camera.pan(camera, device(rect, at - drag), device(rect, at));
         } else if light {
-            if let Some(light) = app.choices.view.lights.get_mut(session.light) {
+            if let Some(light) = app.choices.view.lights.get_mut(ui_state.light) {
                 drag_light(light, drag);
             }
         } else {
             let [x, y] = [drag.x, drag.y].map(|d| d / rect.height());
-            controls::orbit(camera, glam::Vec2::new(x, y));
+            orbit::orbit(camera, glam::Vec2::new(x, y));
         }
     }
     let camera = &mut app.choices.view.camera;
@@ -112,11 +112,11 @@ fn steer(ui: &Ui, response: &egui::Response, app: &mut App, session: &mut Sessio
         let (scroll, pinch) = ui.input(|i| (i.smooth_scroll_delta().y, i.zoom_delta()));
         let factor = (-0.003 * scroll).exp() / pinch;
         if factor != 1.0 {
-            stand.zoom(camera, device(rect, pointer), factor);
+            viewport_camera.zoom(camera, device(rect, pointer), factor);
         }
     }
     if response.double_clicked() {
-        controls::fit(camera);
+        orbit::fit(camera);
     }
 }
 
@@ -126,13 +126,13 @@ fn drag_light(light: &mut Light, drag: Vec2) {
     light.elevation = (light.elevation - 0.4 * drag.y).clamp(-90.0, 90.0);
 }
 
-fn pictures(ui: &Ui, rect: Rect, app: &App, session: &mut Session) {
+fn pictures(ui: &Ui, rect: Rect, app: &App, ui_state: &mut UiState) {
     let painter = ui.painter_at(rect);
-    let [with_map, without] = session.pictures;
+    let [with_map, without] = ui_state.pictures;
     let Some(with_map) = with_map else { return };
-    match (session.comparing, without) {
+    match (ui_state.comparing, without) {
         (Comparing::Split, Some(without)) => {
-            let share = session.divider.unwrap_or(0.5);
+            let share = ui_state.divider.unwrap_or(0.5);
             let x = (rect.left() + rect.width() * share).round();
             let share = (x - rect.left()) / rect.width();
             let left = Rect::from_min_max(rect.min, pos2(x, rect.bottom()));
@@ -143,7 +143,7 @@ fn pictures(ui: &Ui, rect: Rect, app: &App, session: &mut Session) {
             painter.vline(x, rect.y_range(), (1.0, Color32::WHITE));
             let grip = Rect::from_center_size(pos2(x, rect.center().y), vec2(8.0, 36.0));
             painter.rect_filled(grip, 4.0, Color32::WHITE);
-            session.mark("divider", grip);
+            ui_state.mark("divider", grip);
             tag(&painter, pos2(x - 10.0, rect.top() + 10.0), egui::Align2::RIGHT_TOP, "noisy");
             let lambda = format!("λ = {:.2}", app.choices.view.displace.lambda);
             tag(&painter, pos2(x + 10.0, rect.top() + 10.0), egui::Align2::LEFT_TOP, &lambda);
@@ -169,7 +169,7 @@ fn tag(painter: &egui::Painter, at: Pos2, anchor: egui::Align2, text: &str) {
     painter.galley(rect.min + vec2(6.0, 3.0), galley, Color32::WHITE);
 }
 
-/// What the colours of a heat map stand for.
+/// Draws the colour bar of a heat map.
 fn legend(ui: &Ui, rect: Rect, app: &App) {
     let view = &app.choices.view;
     if view.shading != Shading::Height {
@@ -194,22 +194,22 @@ fn legend(ui: &Ui, rect: Rect, app: &App) {
 }
 
 /// Progress and messages, over the lower edge of the view.
-fn notices(ui: &Ui, rect: Rect, app: &mut App, session: &mut Session) {
+fn notices(ui: &Ui, rect: Rect, app: &mut App, ui_state: &mut UiState) {
     let area = egui::Area::new(egui::Id::unique("notices")).order(egui::Order::Middle);
-    let place = rect.left_bottom() + vec2(12.0, -12.0);
-    area.pivot(egui::Align2::LEFT_BOTTOM).fixed_pos(place).constrain_to(rect).show(ui.ctx(), |ui| {
+    let corner = rect.left_bottom() + vec2(12.0, -12.0);
+    area.pivot(egui::Align2::LEFT_BOTTOM).fixed_pos(corner).constrain_to(rect).show(ui.ctx(), |ui| {
         ui.set_max_width((rect.width() - 24.0).min(640.0));
         let works = [(Work::Load, "Opening"), (Work::Bake, "Baking"), (Work::Save, "Saving"), (Work::Draw, "Drawing")];
         for (work, words) in works {
             if let Some(status) = app.status(work) {
                 let stop = progress(ui, words, status);
-                session.mark(&format!("stop {}", words.to_lowercase()), stop.rect);
+                ui_state.mark(&format!("stop {}", words.to_lowercase()), stop.rect);
                 if stop.clicked() {
                     app.cancel(work);
                 }
             }
         }
-        if let Some(status) = session.showing {
+        if let Some(status) = ui_state.showing {
             progress(ui, "Showing", status);
         }
         let mut dismissed = None;
@@ -227,7 +227,7 @@ fn notices(ui: &Ui, rect: Rect, app: &mut App, session: &mut Session) {
                         ui.label(format!("{icon} {}", message.text));
                         let away = ui.small_button("✖").on_hover_text("put away");
                         if i == 0 {
-                            session.mark("dismiss", away.rect);
+                            ui_state.mark("dismiss", away.rect);
                         }
                         if away.clicked() {
                             dismissed = Some(i);

@@ -1,11 +1,11 @@
-//! What the window itself knows: which helpers are open, and what the user asked for and only the window can do.
+//! State of the user interface: dialogs that are open, and actions that only the window can do.
 
 use super::dialog::Dialog;
 use crate::app::jobs::Status;
 use egui::{Rect, TextureHandle, TextureId};
 use std::collections::BTreeMap;
 
-/// How the mesh with its map is compared with the mesh alone.
+/// Comparison of the mesh with its map and the mesh alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Comparing {
     /// Only the mesh with its map.
@@ -17,12 +17,12 @@ pub enum Comparing {
     Blink,
 }
 
-/// What only the window can do.
+/// Actions that only the window can do.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Action {
-    /// End.
+    /// Close the window.
     Quit,
-    /// To the clipboard.
+    /// Copy a text to the clipboard.
     Copy(String),
     /// Save the view.
     Screenshot,
@@ -30,36 +30,36 @@ pub enum Action {
     Turntable(u32),
 }
 
-/// What is open and asked for.
-pub struct Session {
-    /// Noisy against denoised.
+/// State of the user interface.
+pub struct UiState {
+    /// Comparison of noisy and denoised.
     pub comparing: Comparing,
-    /// Where the line of the split view is, 0..=1; none in the middle.
+    /// Position of the line of the split view, 0..=1; none in the middle.
     pub divider: Option<f32>,
     /// Whether the list of keys is shown.
     pub help: bool,
     /// Whether the model has the whole window.
     pub panel_hidden: bool,
-    /// For the shell of the window to do.
+    /// Actions for the window to do.
     pub actions: Vec<Action>,
-    /// With the map and without; none before there is something to see.
+    /// Textures of the picture with the map and of the one without; none before there is something to see.
     pub pictures: [Option<TextureId>; 2],
-    /// Where the way of a scene to the device is.
+    /// Progress of the upload to the GPU.
     pub showing: Option<Status>,
-    /// Where the model is to be drawn; none while the window has no room for it.
+    /// Rectangle that the model is drawn in; none while the window has no space for it.
     pub view: Option<Rect>,
-    /// How many pictures a turntable has.
+    /// Number of pictures of a turntable.
     pub turntable: u32,
-    /// Which light the mouse drags, in the order of the settings.
+    /// Index of the light that the mouse drags.
     pub light: usize,
     /// The picture of the map.
     pub(super) map: MapView,
     pub(super) dialog: Option<Dialog>,
-    /// Where widgets are that a log tells of, by name.
+    /// Rectangles of the widgets that the log lists, by name.
     pub(super) marks: BTreeMap<String, Rect>,
 }
 
-impl Default for Session {
+impl Default for UiState {
     fn default() -> Self {
         Self {
             comparing: Comparing::Off,
@@ -79,7 +79,7 @@ impl Default for Session {
     }
 }
 
-impl Session {
+impl UiState {
     /// Notes where a widget is.
     pub(super) fn mark(&mut self, name: &str, rect: Rect) {
         match self.marks.get_mut(name) {
@@ -100,7 +100,7 @@ impl Session {
 
 /// The picture of the map in the panel.
 pub(super) struct MapView {
-    /// On the device, and which map it is of.
+    /// Texture on the device, and the address of the map that it shows.
     pub(super) texture: Option<(usize, TextureHandle)>,
     /// Share of the map that is seen along a side.
     pub(super) share: f32,
