@@ -8,11 +8,11 @@ mod describe;
 mod draft;
 mod error;
 pub mod gltf;
-mod goal;
 mod layout;
 mod maps;
 mod report;
 mod settings;
+mod target;
 #[cfg(feature = "unwrap")]
 pub mod unwrap;
 #[cfg(feature = "unwrap")]
@@ -20,9 +20,9 @@ mod unwrapped;
 
 pub use check::{WrittenFiles, check};
 pub use error::BakeError;
-pub use goal::{Goal, Ways};
 pub use layout::{Fallback, LayoutChoice};
-pub use settings::{Carriers, Lambda, LargestSide, Quanta, Settings};
+pub use settings::{BakeSettings, Carriers, Lambda, LargestSide, Quanta};
+pub use target::{BakeTarget, VertexDisplacements};
 
 use crate::map::displace::Directions;
 use crate::map::displacement::MapKind;
@@ -35,7 +35,7 @@ use draft::Draft;
 
 /// What belongs to a source and lies in other files.
 #[derive(Clone, Copy)]
-pub struct Belongings<'a> {
+pub struct SideFiles<'a> {
     /// Its material libraries.
     pub libraries: &'a [Vec<u8>],
     /// Turns the name of a texture as it stands in them into one that holds where the carrier will lie.
@@ -44,14 +44,14 @@ pub struct Belongings<'a> {
     pub texture: &'a (dyn Fn(&str) -> Option<Vec<u8>> + Sync),
 }
 
-impl Belongings<'_> {
+impl SideFiles<'_> {
     /// Nothing.
-    pub const NONE: Belongings<'static> = Belongings { libraries: &[], relocate: &str::to_owned, texture: &|_| None };
+    pub const NONE: SideFiles<'static> = SideFiles { libraries: &[], relocate: &str::to_owned, texture: &|_| None };
 }
 
 /// What the files are called.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Names {
+pub struct BundleNames {
     /// The source as the manifest shall name it.
     pub source: String,
     /// Beginning of the names of the maps and the manifest.
@@ -62,7 +62,7 @@ pub struct Names {
 
 /// A file to write.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct File {
+pub struct BundleFile {
     /// Name without a folder.
     pub name: String,
     /// Content.
@@ -73,7 +73,7 @@ pub struct File {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bundle {
     /// Maps, carrier and materials; the manifest comes last.
-    pub files: Vec<File>,
+    pub files: Vec<BundleFile>,
     /// What the last file says.
     pub manifest: Manifest,
     /// Why the size was chosen; none where it was given or follows from the number of vertices.
@@ -91,9 +91,9 @@ pub const CAN_UNWRAP: bool = cfg!(feature = "unwrap");
 #[derive(Clone, Copy)]
 struct Request<'a> {
     model: &'a Model,
-    names: &'a Names,
-    beside: Belongings<'a>,
-    settings: &'a Settings,
+    names: &'a BundleNames,
+    side_files: SideFiles<'a>,
+    settings: &'a BakeSettings,
     progress: &'a dyn Progress,
 }
 
@@ -114,12 +114,12 @@ impl Request<'_> {
 /// `beside` is what the source's materials need.
 pub fn bake(
     model: &Model,
-    names: &Names,
-    beside: Belongings,
-    settings: &Settings,
+    names: &BundleNames,
+    side_files: SideFiles,
+    settings: &BakeSettings,
     progress: &dyn Progress,
 ) -> Result<Bundle, BakeError> {
-    let request = Request { model, names, beside, settings, progress };
+    let request = Request { model, names, side_files, settings, progress };
     let unwraps = settings.layout == LayoutChoice::Unwrap;
     if unwraps && !CAN_UNWRAP {
         return Err(BakeError::CannotUnwrap);
@@ -128,28 +128,32 @@ pub fn bake(
         // What cannot be baked shall not have to be denoised first.
         request.atlas()?;
     }
-    let ways = settings.goal.ways(model, settings.map, settings.normals, progress)?;
-    if ways.deltas.iter().any(|delta| !delta.as_vec3().is_finite()) {
+    let displacements = settings.target.displacements(model, settings.map, settings.normals, progress)?;
+    if displacements.deltas.iter().any(|delta| !delta.as_vec3().is_finite()) {
         return Err(BakeError::NotFinite);
     }
     #[cfg(feature = "unwrap")]
     if unwraps {
-        return unwrapped::bake(&request, &ways);
+        return unwrapped::bake(&request, &displacements);
     }
-    bake_layout(&request, &ways, None)
+    bake_layout(&request, &displacements, None)
 }
 
 /// Bakes into the layout that the model has. `original` is the model before it was unwrapped, if it was.
-fn bake_layout(request: &Request, ways: &Ways, original: Option<&Model>) -> Result<Bundle, BakeError> {
-    let mut draft = Draft::new(request, ways, original)?;
-    draft.measure(request, ways)?;
+fn bake_layout(
+    request: &Request,
+    displacements: &VertexDisplacements,
+    original: Option<&Model>,
+) -> Result<Bundle, BakeError> {
+    let mut draft = Draft::new(request, displacements, original)?;
+    draft.measure(request, displacements)?;
     if let Some(fallback) = draft.fallback(request) {
-        let settings = Settings { layout: LayoutChoice::Vertex, ..request.settings.clone() };
-        let bundle = bake_layout(&Request { settings: &settings, ..*request }, ways, None)?;
+        let settings = BakeSettings { layout: LayoutChoice::Vertex, ..request.settings.clone() };
+        let bundle = bake_layout(&Request { settings: &settings, ..*request }, displacements, None)?;
         return Ok(Bundle { fallback: Some(fallback), ..bundle });
     }
     request.progress.check()?;
-    draft.into_bundle(request, ways)
+    draft.into_bundle(request, displacements)
 }
 
 #[cfg(test)]

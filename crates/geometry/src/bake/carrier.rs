@@ -46,7 +46,7 @@ pub(super) fn places(model: &Model) -> Vec<Vec2> {
 
 /// The carrier as binary glTF, with normals (#V×3) along which the map displaces.
 pub(super) fn glb(request: &Request, normals: &[Vec3], draft: &Draft) -> Result<Vec<u8>, GltfError> {
-    let Request { model, names, beside, .. } = *request;
+    let Request { model, names, side_files, .. } = *request;
     let Draft { manifest, maps, carrier, .. } = draft;
     let entry = &manifest.displacement;
     let dominant = manifest.dominant_pairs();
@@ -60,7 +60,7 @@ pub(super) fn glb(request: &Request, normals: &[Vec3], draft: &Draft) -> Result<
     let denoised = &maps.offsets.places;
     let denoised_normals = normals::vertex_normals(&model.surface().at(denoised.clone()), FaceWeight::Angle);
     // A library that cannot be understood is copied into the carrier's own all the same; here its materials are grey.
-    let materials: Vec<_> = beside.libraries.iter().flat_map(|l| materials::read(l).unwrap_or_default()).collect();
+    let materials: Vec<_> = side_files.libraries.iter().flat_map(|l| materials::read(l).unwrap_or_default()).collect();
     let normal_map = manifest.normal_map.as_ref().map_or(Value::Null, |map| json!(map));
     let map = gltf::Map {
         bytes: &maps.displacement,
@@ -83,7 +83,7 @@ pub(super) fn glb(request: &Request, normals: &[Vec3], draft: &Draft) -> Result<
         map,
         normal_map,
     };
-    gltf::glb(&carrier, beside.texture)
+    gltf::glb(&carrier, side_files.texture)
 }
 
 /// Normals of the source vertices. Where there is none the height is zero, and any direction does; a client would make

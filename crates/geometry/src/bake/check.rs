@@ -1,8 +1,8 @@
 //! Measuring files that were written before.
 
 use super::maps::{self, Frames, Offsets};
-use super::report::{self, Evidence};
-use super::{BakeError, Goal};
+use super::report::{self, Verification};
+use super::{BakeError, BakeTarget};
 use crate::map::Coverage;
 use crate::map::displacement::MapKind;
 use crate::map::layout_issues::Findings;
@@ -25,12 +25,12 @@ pub struct WrittenFiles<'a> {
     pub carrier: &'a MeshData,
 }
 
-/// Measures written files once more: the report that their manifest should have. `goal` is what the method of the
+/// Measures written files once more: the report that their manifest should have. `target` is what the method of the
 /// manifest says.
 pub fn check(
     model: &Model,
     manifest: &Manifest,
-    goal: &Goal,
+    target: &BakeTarget,
     files: WrittenFiles,
     progress: &dyn Progress,
 ) -> Result<Report, BakeError> {
@@ -43,13 +43,13 @@ pub fn check(
         Err(AtlasError::NoUvs) if entry.layout == Layout::Vertex => None,
         atlas => Some(atlas?),
     };
-    let ways = goal.ways(model, entry.map, Some(manifest.normals), progress)?;
+    let displacements = target.displacements(model, entry.map, Some(manifest.normals), progress)?;
     let mut frames = Vec::new();
     if entry.map == MapKind::VectorTangent {
         let atlas = atlas.as_ref().ok_or(BakeError::NoTangents)?;
-        frames = Frames::new(model, atlas, &ways.normals).of_vertices;
+        frames = Frames::new(model, atlas, &displacements.normals).of_vertices;
     }
-    let offsets = Offsets::new(model, entry.map, &ways, &frames);
+    let offsets = Offsets::new(model, entry.map, &displacements, &frames);
     let findings = match (&atlas, entry.layout) {
         (Some(atlas), Layout::Uv) => {
             let coverage = Coverage::new(model.surface(), atlas, entry.size(), progress)?;
@@ -58,9 +58,9 @@ pub fn check(
         _ => Findings { coverage: maps::share(model, entry.size()), ..Findings::default() },
     };
     progress.stage("verifying");
-    let evidence = Evidence {
+    let verification = Verification {
         model,
-        ways: &ways,
+        displacements: &displacements,
         frames: &frames,
         offsets: &offsets,
         findings,
@@ -68,7 +68,7 @@ pub fn check(
         displacement: files.displacement,
         carrier: files.carrier,
     };
-    Ok(report::measure(&evidence, manifest)?)
+    Ok(report::measure(&verification, manifest)?)
 }
 
 /// A mesh with the texture coordinates of its carrier.

@@ -1,7 +1,7 @@
 //! What manifest and materials say of a bake.
 
 use super::maps::Maps;
-use super::{Request, Ways};
+use super::{Request, VertexDisplacements};
 use crate::map::displace;
 use crate::map::manifest::{
     self, Carrier, Clients, DominantUv, Layout, Manifest, MapEntry, NormalMapEntry, Report, SourceEntry, UvSource,
@@ -12,7 +12,12 @@ use crate::source::materials::{self, MapStatements};
 use crate::source::model::Model;
 
 /// The manifest as far as it is known before the files are.
-pub(super) fn manifest_of(request: &Request, ways: &Ways, atlas: Option<&Atlas>, maps: &Maps) -> Manifest {
+pub(super) fn manifest_of(
+    request: &Request,
+    displacements: &VertexDisplacements,
+    atlas: Option<&Atlas>,
+    maps: &Maps,
+) -> Manifest {
     let Request { model, names, settings, .. } = *request;
     let size = maps.size;
     let is_uv = maps.plan.is_uv();
@@ -30,10 +35,10 @@ pub(super) fn manifest_of(request: &Request, ways: &Ways, atlas: Option<&Atlas>,
             vertices: model.data().positions().len(),
             faces: model.data().faces().len(),
         },
-        method: settings.goal.method(settings.map),
-        choice: ways.choice.clone(),
+        method: settings.target.method(settings.map),
+        choice: displacements.choice.clone(),
         welding: settings.welding,
-        normals: ways.source,
+        normals: displacements.source,
         displacement: MapEntry {
             file: format!("{}.displacement.{}", names.stem, settings.texel.file().extension()),
             map: settings.map,
@@ -53,7 +58,7 @@ pub(super) fn manifest_of(request: &Request, ways: &Ways, atlas: Option<&Atlas>,
         normal_map,
         carrier: Carrier::default(),
         report: Report { tolerance_quanta: settings.tolerance.0, ..Report::default() },
-        clients: Clients::new(settings.map, ways.source, maps.encoding, settings.lambda.0),
+        clients: Clients::new(settings.map, displacements.source, maps.encoding, settings.lambda.0),
     }
 }
 

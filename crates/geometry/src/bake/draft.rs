@@ -3,8 +3,8 @@
 use super::carrier::{self, CarrierFile};
 use super::describe::{manifest_of, statements};
 use super::maps::Maps;
-use super::report::{self, Evidence};
-use super::{BakeError, Bundle, Carriers, Fallback, File, LayoutChoice, Request, Ways};
+use super::report::{self, Verification};
+use super::{BakeError, Bundle, BundleFile, Carriers, Fallback, LayoutChoice, Request, VertexDisplacements};
 use crate::map::Texels;
 use crate::map::displace::Directions;
 use crate::map::manifest::{self, Carrier, Layout, Manifest, UvSource};
@@ -23,7 +23,11 @@ pub(super) struct Draft {
 impl Draft {
     /// Makes maps, carrier and manifest; the report is still missing. `original` is the model before it was unwrapped,
     /// if it was.
-    pub(super) fn new(request: &Request, ways: &Ways, original: Option<&Model>) -> Result<Self, BakeError> {
+    pub(super) fn new(
+        request: &Request,
+        displacements: &VertexDisplacements,
+        original: Option<&Model>,
+    ) -> Result<Self, BakeError> {
         let Request { model, names, settings, progress, .. } = *request;
         progress.stage("layout");
         let atlas = request.atlas()?;
@@ -32,14 +36,14 @@ impl Draft {
         let ((source_sha256, carrier), maps) = rayon::join(
             || {
                 let places = atlas.is_none().then(|| carrier::places(model));
-                let carrier = CarrierFile::make(model, &ways.normals, places.as_deref(), &library_file);
+                let carrier = CarrierFile::make(model, &displacements.normals, places.as_deref(), &library_file);
                 (manifest::sha256(&original.unwrap_or(model).source().bytes()), carrier)
             },
-            || Maps::bake(request, atlas.as_ref(), ways),
+            || Maps::bake(request, atlas.as_ref(), displacements),
         );
         let (carrier, maps) = (carrier?, maps?);
         progress.check()?;
-        let mut manifest = manifest_of(request, ways, atlas.as_ref(), &maps);
+        let mut manifest = manifest_of(request, displacements, atlas.as_ref(), &maps);
         manifest.source.sha256 = source_sha256;
         if manifest.displacement.layout == Layout::Uv {
             manifest.displacement.uvs = if original.is_some() { UvSource::Unwrapped } else { UvSource::Mesh };
@@ -51,11 +55,11 @@ impl Draft {
     }
 
     /// Measures what the files do, and puts it into the manifest.
-    pub(super) fn measure(&mut self, request: &Request, ways: &Ways) -> Result<(), BakeError> {
+    pub(super) fn measure(&mut self, request: &Request, displacements: &VertexDisplacements) -> Result<(), BakeError> {
         request.progress.stage("verifying");
-        let evidence = Evidence {
+        let verification = Verification {
             model: request.model,
-            ways,
+            displacements,
             frames: &self.maps.frames,
             offsets: &self.maps.offsets,
             findings: self.maps.findings.clone(),
@@ -63,7 +67,7 @@ impl Draft {
             displacement: &self.maps.displacement,
             carrier: self.carrier.obj.data(),
         };
-        self.manifest.report = report::measure(&evidence, &self.manifest)?;
+        self.manifest.report = report::measure(&verification, &self.manifest)?;
         Ok(())
     }
 
@@ -83,19 +87,23 @@ impl Draft {
     }
 
     /// Makes what the manifest names and is still missing, and hands out all files.
-    pub(super) fn into_bundle(self, request: &Request, ways: &Ways) -> Result<Bundle, BakeError> {
-        let Request { model, names, beside, progress, .. } = *request;
+    pub(super) fn into_bundle(
+        self,
+        request: &Request,
+        displacements: &VertexDisplacements,
+    ) -> Result<Bundle, BakeError> {
+        let Request { model, names, side_files, progress, .. } = *request;
         let has_uvs = self.atlas.is_some();
         let statements = statements(&self.manifest, has_uvs);
-        let library = materials::carrier_library(model.data(), beside.libraries, &statements, beside.relocate);
+        let library = materials::carrier_library(model.data(), side_files.libraries, &statements, side_files.relocate);
         let glb = self.manifest.carrier.glb.as_ref().map(|_| {
             progress.stage("glTF");
-            carrier::glb(request, &ways.normals, &self)
+            carrier::glb(request, &displacements.normals, &self)
         });
         let glb = glb.transpose()?;
         progress.check()?;
         let Self { carrier, maps, manifest, .. } = self;
-        let file = |name: &str, bytes| File { name: name.to_owned(), bytes };
+        let file = |name: &str, bytes| BundleFile { name: name.to_owned(), bytes };
         let mut files = vec![file(&manifest.displacement.file, maps.displacement)];
         if let (Some(entry), Some((image, _))) = (&manifest.normal_map, maps.normal_map) {
             files.push(file(&entry.file, image));
@@ -105,7 +113,7 @@ impl Draft {
         files.extend(manifest.carrier.glb.as_ref().zip(glb).map(|(name, bytes)| file(name, bytes)));
         files.push(file(&format!("{}.planish.json", names.stem), manifest.to_json().into_bytes()));
         let (choice, fallback) = maps.plan.into_reasons();
-        let along = Directions { normals: ways.normals.clone(), frames: maps.frames };
+        let along = Directions { normals: displacements.normals.clone(), frames: maps.frames };
         Ok(Bundle { files, manifest, choice, fallback, along })
     }
 }

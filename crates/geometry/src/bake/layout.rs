@@ -1,6 +1,6 @@
 //! Which layout the map gets.
 
-use super::{BakeError, Settings};
+use super::{BakeError, BakeSettings};
 use crate::map::displacement;
 use crate::map::layout_issues::{self, Findings};
 use crate::map::map_size::{self, Choice, Reason, Spacing};
@@ -97,7 +97,7 @@ impl Plan {
         surface: &Surface,
         layout: Option<(&Atlas, &Spacing)>,
         channels: &[Vec<f64>],
-        settings: &Settings,
+        settings: &BakeSettings,
         progress: &dyn Progress,
     ) -> Result<Self, BakeError> {
         let (atlas, spacing) = match (settings.layout, layout) {

@@ -1,7 +1,7 @@
 //! Both maps and what they were made from.
 
 use super::layout::Plan;
-use super::{BakeError, Request, Ways};
+use super::{BakeError, Request, VertexDisplacements};
 use crate::map::displacement::{self, Displacement, Encoding, MapKind};
 use crate::map::layout_issues::Findings;
 use crate::map::map_size::{self, Spacing};
@@ -22,12 +22,12 @@ pub(super) struct Offsets {
 
 impl Offsets {
     /// Frames (#V) are needed for tangent space only.
-    pub(super) fn new(model: &Model, kind: MapKind, ways: &Ways, frames: &[Tangent]) -> Self {
-        let (deltas, normals) = (&ways.deltas, &ways.normals);
+    pub(super) fn new(model: &Model, kind: MapKind, displacements: &VertexDisplacements, frames: &[Tangent]) -> Self {
+        let (deltas, normals) = (&displacements.deltas, &displacements.normals);
         let moved = |way: &dyn Fn(usize) -> DVec3| {
             model.surface().positions().iter().enumerate().map(|(v, p)| *p - way(v)).collect()
         };
-        match (kind, &ways.heights) {
+        match (kind, &displacements.heights) {
             (MapKind::Scalar, Some((heights, _))) => {
                 let places = moved(&|v| heights[v] * normals[v].as_dvec3());
                 Self { places, channels: vec![heights.clone()] }
@@ -70,18 +70,22 @@ pub(super) struct Maps {
 
 impl Maps {
     /// Makes both maps. `atlas` is the layout of the mesh, where it has one.
-    pub(super) fn bake(request: &Request, atlas: Option<&Atlas>, ways: &Ways) -> Result<Self, BakeError> {
+    pub(super) fn bake(
+        request: &Request,
+        atlas: Option<&Atlas>,
+        displacements: &VertexDisplacements,
+    ) -> Result<Self, BakeError> {
         let Request { model, settings, progress, .. } = *request;
         let frames = match settings.map {
             MapKind::VectorTangent => {
                 progress.stage("tangent frames");
-                Some(Frames::new(model, atlas.ok_or(BakeError::NoTangents)?, &ways.normals))
+                Some(Frames::new(model, atlas.ok_or(BakeError::NoTangents)?, &displacements.normals))
             }
             MapKind::Scalar | MapKind::VectorObject => None,
         };
         let (of_corners, frames) = frames.map(|f| (f.of_corners, f.of_vertices)).unzip();
         let frames = frames.unwrap_or_default();
-        let offsets = Offsets::new(model, settings.map, ways, &frames);
+        let offsets = Offsets::new(model, settings.map, displacements, &frames);
         if offsets.channels.iter().flatten().any(|h| !(*h as f32).is_finite()) {
             return Err(BakeError::NotFinite);
         }
@@ -100,7 +104,7 @@ impl Maps {
         let normal_map = match (atlas, for_normals) {
             (Some(atlas), Some(coverage)) => {
                 progress.stage("tangent frames");
-                let normals = &ways.normals;
+                let normals = &displacements.normals;
                 let frames = of_corners.unwrap_or_else(|| tangents::tangents(model.surface(), atlas, normals));
                 progress.check()?;
                 let denoised = apply_offsets(model, &offsets.places, settings.lambda.0);

@@ -1,6 +1,6 @@
 //! Measures what the written bytes do.
 
-use super::Ways;
+use super::VertexDisplacements;
 use super::maps::Offsets;
 use crate::map::displace::{self, Places, ShaderVertex};
 use crate::map::displacement::{DecodeError, Displacement, Encoding, Place, TexelFormat, Weights};
@@ -16,10 +16,10 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 /// What is measured.
-pub(super) struct Evidence<'a> {
+pub(super) struct Verification<'a> {
     pub(super) model: &'a Model,
     /// Displacements that the map encodes.
-    pub(super) ways: &'a Ways,
+    pub(super) displacements: &'a VertexDisplacements,
     /// Frames of the vertices; empty unless the map needs them. #V
     pub(super) frames: &'a [Tangent],
     /// Where the vertices should be, and the numbers that take them there.
@@ -34,17 +34,17 @@ pub(super) struct Evidence<'a> {
 }
 
 /// Decodes the map and compares what a shader makes of it and the carrier with where the vertices should be.
-pub(super) fn measure(evidence: &Evidence, manifest: &Manifest) -> Result<Report, DecodeError> {
+pub(super) fn measure(verification: &Verification, manifest: &Manifest) -> Result<Report, DecodeError> {
     let entry = &manifest.displacement;
-    let map = Displacement::decode(evidence.displacement, entry.map, entry.size(), entry.encoding())?;
-    let mesh = Mesh::new(evidence, manifest);
+    let map = Displacement::decode(verification.displacement, entry.map, entry.size(), entry.encoding())?;
+    let mesh = Mesh::new(verification, manifest);
     let exact = mesh.errors(&map, Weights::Exact);
     let filtered = match entry.layout {
         Layout::Uv => mesh.errors(&map, Weights::EightBits),
         // By the second way to that texel: the sampler at its centre.
         Layout::Vertex => mesh.at_texel_centres(&map).errors(&map, Weights::EightBits),
     };
-    let map_errors = mesh.map_errors(&map, &evidence.offsets.channels);
+    let map_errors = mesh.map_errors(&map, &verification.offsets.channels);
     let Encoding { scale, .. } = entry.encoding();
     let (quantum, range) = (entry.encoding().quantum(), f64::from(scale));
     let relative = |unit: f64| move |error: f64| (unit > 0.0).then(|| error / unit);
@@ -54,8 +54,8 @@ pub(super) fn measure(evidence: &Evidence, manifest: &Manifest) -> Result<Report
     let rounding = 4.0 * f64::from(f32::EPSILON) * range;
     let resolved = |error: &f64| *error <= tolerance_quanta * quantum + rounding;
     let Errors { max, p99, mean, seam_gap, largest } = exact;
-    let ways = evidence.ways;
-    let loss = ways.heights.as_ref().map(|heights| heights.1);
+    let displacements = verification.displacements;
+    let loss = displacements.heights.as_ref().map(|heights| heights.1);
     let mut report = Report {
         max_error: max,
         p99_error: p99,
@@ -73,13 +73,17 @@ pub(super) fn measure(evidence: &Evidence, manifest: &Manifest) -> Result<Report
         unresolved_vertices: map_errors.len() - map_errors.partition_point(resolved),
         map_errors: summary(&map_errors, in_quanta),
         eight_bit_weights: Filtered { max_error: filtered.max, p99_error: filtered.p99, seam_gap: filtered.seam_gap },
-        by_bits: by_bits(evidence, manifest, &mesh, max),
-        own_uvs: (entry.layout == Layout::Uv).then(|| mesh.own_uvs(evidence.carrier, &map)),
-        layout: evidence.findings.clone(),
+        by_bits: by_bits(verification, manifest, &mesh, max),
+        own_uvs: (entry.layout == Layout::Uv).then(|| mesh.own_uvs(verification.carrier, &map)),
+        layout: verification.findings.clone(),
         left_out_rms: loss.map_or(0.0, |loss| loss.rms),
         heights: loss.map(HeightsLoss::from),
-        limits: ways.limits,
-        vertices_without_normal: mesh.used.iter().filter(|(v, _)| ways.normals[*v as usize] == Vec3::ZERO).count(),
+        limits: displacements.limits,
+        vertices_without_normal: mesh
+            .used
+            .iter()
+            .filter(|(v, _)| displacements.normals[*v as usize] == Vec3::ZERO)
+            .count(),
         suggestion: None,
     };
     report.suggestion = suggestion(manifest, &report);
@@ -94,8 +98,8 @@ fn summary(errors: &[f64], in_quanta: impl Fn(f64) -> Option<f64>) -> MapErrors 
 
 /// Errors that maps with other numbers of bits would have, where the unencoded map is there; else what the manifest says
 /// of them. `max` is the error of the map as it is, model units.
-fn by_bits(evidence: &Evidence, manifest: &Manifest, mesh: &Mesh, max: f64) -> Vec<BitsError> {
-    if evidence.channels.is_empty() {
+fn by_bits(verification: &Verification, manifest: &Manifest, mesh: &Mesh, max: f64) -> Vec<BitsError> {
+    if verification.channels.is_empty() {
         return manifest.report.by_bits.clone();
     }
     let entry = &manifest.displacement;
@@ -104,7 +108,7 @@ fn by_bits(evidence: &Evidence, manifest: &Manifest, mesh: &Mesh, max: f64) -> V
         let max_error = if other == entry.encoding() {
             max
         } else {
-            mesh.errors(&Displacement::encode(evidence.channels, entry.map, other), Weights::Exact).max
+            mesh.errors(&Displacement::encode(verification.channels, entry.map, other), Weights::Exact).max
         };
         BitsError { bits: texel.bits(), max_error }
     };
@@ -156,8 +160,8 @@ struct Errors {
 }
 
 impl<'a> Mesh<'a> {
-    fn new(evidence: &Evidence<'a>, manifest: &Manifest) -> Self {
-        let Evidence { model, carrier, offsets, frames, .. } = *evidence;
+    fn new(verification: &Verification<'a>, manifest: &Manifest) -> Self {
+        let Verification { model, carrier, offsets, frames, .. } = *verification;
         let entry = &manifest.displacement;
         let dominant = manifest.dominant_pairs();
         let mut vertices = displace::carrier_vertices(carrier, Places::new(entry.layout, &dominant), entry.origin);

@@ -1,6 +1,6 @@
 //! All that can be chosen for a bake.
 
-use super::{Goal, LayoutChoice};
+use super::{BakeTarget, LayoutChoice};
 use crate::denoise::NormalField;
 use crate::map::displacement::{MapKind, TexelFormat};
 use crate::map::normal_map::Convention;
@@ -9,15 +9,16 @@ use crate::mesh::weld::Welding;
 use crate::named;
 use serde::{Deserialize, Serialize};
 
-/// All that can be chosen. In JSON, settings that are missing are those of [`Settings::default`].
+/// All that can be chosen. In JSON, settings that are missing are those of [`BakeSettings::default`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Settings {
+pub struct BakeSettings {
     /// Where the vertices shall go.
-    pub goal: Goal,
+    #[serde(rename = "goal")]
+    pub target: BakeTarget,
     /// How the model was welded; goes into the manifest.
     pub welding: Welding,
-    /// Along which normals to displace; none chooses, see [`Goal::ways`].
+    /// Along which normals to displace; none chooses, see [`BakeTarget::displacements`].
     pub normals: Option<NormalField>,
     /// Strength for the normal map and the clients.
     pub lambda: Lambda,
@@ -94,9 +95,9 @@ mod tests {
     use serde_json::Value;
 
     /// Settings none of which is the default.
-    fn unusual() -> Settings {
-        let settings = Settings {
-            goal: Denoiser::every()[0].clone().into(),
+    fn unusual() -> BakeSettings {
+        let settings = BakeSettings {
+            target: Denoiser::every()[0].clone().into(),
             welding: Welding::Epsilon(0.1),
             normals: Some(NormalField::Tilted),
             lambda: Lambda(0.1),
@@ -111,7 +112,7 @@ mod tests {
             convention: Convention::DirectX,
             carriers: Carriers::Obj,
         };
-        let [default, chosen] = [&Settings::default(), &settings].map(|s| serde_json::to_value(s).unwrap());
+        let [default, chosen] = [&BakeSettings::default(), &settings].map(|s| serde_json::to_value(s).unwrap());
         for (field, value) in chosen.as_object().unwrap() {
             assert_ne!(*value, default[field], "{field}");
         }
@@ -120,25 +121,26 @@ mod tests {
 
     #[test]
     fn every_field_survives_json() {
-        for settings in [Settings::default(), unusual()] {
+        for settings in [BakeSettings::default(), unusual()] {
             let text = serde_json::to_string(&settings).unwrap();
-            assert_eq!(serde_json::from_str::<Settings>(&text).unwrap(), settings, "{text}");
+            assert_eq!(serde_json::from_str::<BakeSettings>(&text).unwrap(), settings, "{text}");
         }
         let positions = vec![DVec3::new(0.1, -1e-300, 3.0)];
-        let goal = Goal::Target { positions, target: Target::new("a.obj".to_owned(), "00".to_owned()) };
-        let target = Settings { goal, ..Settings::default() };
+        let target = BakeTarget::Positions { positions, target: Target::new("a.obj".to_owned(), "00".to_owned()) };
+        let target = BakeSettings { target, ..BakeSettings::default() };
         let text = serde_json::to_string(&target).unwrap();
-        assert_eq!(serde_json::from_str::<Settings>(&text).unwrap(), target, "{text}");
+        assert_eq!(serde_json::from_str::<BakeSettings>(&text).unwrap(), target, "{text}");
     }
 
     #[test]
     fn what_is_missing_is_the_default_and_what_is_unknown_is_named() {
-        assert_eq!(serde_json::from_str::<Settings>("{}").unwrap(), Settings::default());
+        assert_eq!(serde_json::from_str::<BakeSettings>("{}").unwrap(), BakeSettings::default());
         let mut json = serde_json::to_value(unusual()).unwrap();
         json["lamda"] = Value::from(1.0);
-        let error = serde_json::from_value::<Settings>(json).unwrap_err().to_string();
+        let error = serde_json::from_value::<BakeSettings>(json).unwrap_err().to_string();
         assert!(error.contains("lamda"), "{error}");
-        let error = serde_json::from_str::<Settings>(r#"{ "goal": { "name": "sun", "iterations": -1 } }"#).unwrap_err();
+        let error =
+            serde_json::from_str::<BakeSettings>(r#"{ "goal": { "name": "sun", "iterations": -1 } }"#).unwrap_err();
         assert!(error.to_string().contains("`iterations` of sun: -1 is not a whole number"), "{error}");
     }
 }

@@ -1,6 +1,6 @@
 //! Baking into texture coordinates that are made for the purpose.
 
-use super::{BakeError, Bundle, LayoutChoice, Request, Settings, Ways};
+use super::{BakeError, BakeSettings, Bundle, LayoutChoice, Request, VertexDisplacements};
 use crate::bake::unwrap::{Charts, UnwrapError, Unwrapped};
 use crate::map::map_size::{self, Choice, Reason, Spacing};
 use crate::source::model::Model;
@@ -15,9 +15,9 @@ impl From<UnwrapError> for BakeError {
 }
 
 /// Cuts charts, and packs and bakes them at growing sizes until each vertex gets its height.
-pub(super) fn bake(request: &Request, ways: &Ways) -> Result<Bundle, BakeError> {
+pub(super) fn bake(request: &Request, displacements: &VertexDisplacements) -> Result<Bundle, BakeError> {
     let Request { model, settings, progress, .. } = *request;
-    let charts = Charts::cut(model, &model.surface().moved_by(&ways.deltas), progress)?;
+    let charts = Charts::cut(model, &model.surface().moved_by(&displacements.deltas), progress)?;
     let sides = settings.side.map_or_else(|| map_size::sides(settings.largest_side.0), |side| vec![side]);
     let largest = sides.last().copied().unwrap_or(1);
     let mut best = None;
@@ -28,9 +28,9 @@ pub(super) fn bake(request: &Request, ways: &Ways) -> Result<Bundle, BakeError> 
         if spaced.reason == Reason::Crowded && side != largest {
             continue;
         }
-        let at_side = Settings { layout: LayoutChoice::Uv, side: Some(side), ..settings.clone() };
+        let at_side = BakeSettings { layout: LayoutChoice::Uv, side: Some(side), ..settings.clone() };
         let laid_out = Request { model: &laid_out, settings: &at_side, ..*request };
-        let bundle = super::bake_layout(&laid_out, ways, Some(model))?;
+        let bundle = super::bake_layout(&laid_out, displacements, Some(model))?;
         let left = bundle.manifest.report.unresolved_vertices;
         let reason = match spaced.reason {
             _ if left == 0 => Reason::Exact,

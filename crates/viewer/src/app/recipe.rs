@@ -3,7 +3,7 @@
 use planish_files::bake_files::{self, Job};
 use planish_files::failure::Failure;
 use planish_files::input;
-use planish_geometry::bake::{Carriers, Goal, Lambda, LargestSide, LayoutChoice, Quanta, Settings};
+use planish_geometry::bake::{BakeSettings, BakeTarget, Carriers, Lambda, LargestSide, LayoutChoice, Quanta};
 use planish_geometry::denoise::limits::{Limits, Mask, Volume};
 use planish_geometry::denoise::{Denoiser, Denoising, NormalField};
 use planish_geometry::map::displacement::{MapKind, TexelFormat};
@@ -23,7 +23,7 @@ pub struct Recipe {
     /// The result of another denoiser.
     pub target: Option<PathBuf>,
     /// All else; its goal is not looked at.
-    pub settings: Settings,
+    pub settings: BakeSettings,
 }
 
 /// Limits, as the command line has them.
@@ -83,8 +83,8 @@ impl Recipe {
         }
         // Only where the side was chosen the normal map may have another one.
         let is_given = normal_map.as_ref().is_none_or(|normals| normals.width == map.width);
-        let settings = Settings {
-            goal: Goal::default(),
+        let settings = BakeSettings {
+            target: BakeTarget::default(),
             welding: manifest.welding,
             normals: Some(manifest.normals),
             lambda: Lambda(map.lambda),
@@ -107,15 +107,15 @@ impl Recipe {
     }
 
     /// Settings with their goal, for a mesh and a folder.
-    pub fn settings(&self, job: &Job) -> Result<Settings, Failure> {
-        let goal = match &self.target {
+    pub fn settings(&self, job: &Job) -> Result<BakeSettings, Failure> {
+        let target = match &self.target {
             Some(path) => job.target(path)?,
             None => {
                 let limits = self.limits.limits(job.model.data().positions().len())?;
                 job.method(Denoising { denoiser: self.denoiser.clone(), limits })?
             }
         };
-        Ok(Settings { goal, ..self.settings.clone() })
+        Ok(BakeSettings { target, ..self.settings.clone() })
     }
 
     /// The arguments of `planish` that bake the same files; what is as by default is left out.
@@ -182,11 +182,11 @@ fn quoted(word: &str) -> String {
 }
 
 /// Options of all settings that have a value and are not the default.
-fn add_settings(settings: &Settings, add: &mut impl FnMut(&str, String)) {
-    let default = Settings::default();
-    let Settings {
+fn add_settings(settings: &BakeSettings, add: &mut impl FnMut(&str, String)) {
+    let default = BakeSettings::default();
+    let BakeSettings {
         // The recipe has a method or a target instead.
-        goal: _,
+        target: _,
         welding,
         normals,
         lambda,
