@@ -161,7 +161,7 @@ fn explain(error: BakeError, model: &Model, input: &Path) -> Failure {
         BakeError::Normals(e) => Failure::at(input, format!("{e}; use --normals angle")),
         #[cfg(feature = "unwrap")]
         e @ BakeError::Unwrap(_) => Failure::at(input, e),
-        BakeError::NoRoom { .. } => Failure::at(input, format!("{error}; use a larger --size or --max-size")),
+        BakeError::ChartsDoNotFit { .. } => Failure::at(input, format!("{error}; use a larger --size or --max-size")),
         e @ (BakeError::NotFinite | BakeError::Gltf(_)) => Failure::at(input, e),
         other => Failure::Internal(format!("{}: {other}", input.display())),
     }

@@ -1,4 +1,4 @@
-//! Measuring files that were written before.
+//! Measures the files of an earlier bake again.
 
 use super::maps::{self, Frames, Offsets};
 use super::report::{self, Verification};
@@ -16,17 +16,20 @@ use crate::source::MeshData;
 use crate::source::model::Model;
 use glam::Vec2;
 
-/// Files of a bundle as they were read again.
+/// Files of a bundle, as read from disk.
 #[derive(Clone, Copy, Debug)]
 pub struct WrittenFiles<'a> {
-    /// Bytes of the displacement map.
+    /// Bytes of the displacement map's image file.
     pub displacement: &'a [u8],
-    /// The carrier.
+    /// Mesh in the carrier OBJ.
     pub carrier: &'a MeshData,
 }
 
-/// Measures written files once more: the report that their manifest should have. `target` is what the method of the
-/// manifest says.
+/// Measures the files of an earlier bake and returns the report that their manifest should have. `target` is the target
+/// of that bake, made from the method in the manifest.
+///
+/// # Errors
+/// If the map cannot be decoded, if the carrier belongs to another mesh, or if the caller cancels; see [`BakeError`].
 pub fn check(
     model: &Model,
     manifest: &Manifest,
@@ -55,7 +58,7 @@ pub fn check(
             let coverage = Coverage::new(model.surface(), atlas, entry.size(), progress)?;
             Findings::of(model.surface(), atlas, &Spacing::new(atlas), &coverage)
         }
-        _ => Findings { coverage: maps::share(model, entry.size()), ..Findings::default() },
+        _ => Findings { coverage: maps::texel_usage(model, entry.size()), ..Findings::default() },
     };
     progress.stage("verifying");
     let verification = Verification {
@@ -71,7 +74,7 @@ pub fn check(
     Ok(report::measure(&verification, manifest)?)
 }
 
-/// A mesh with the texture coordinates of its carrier.
+/// The model with the texture coordinates of its carrier, whose faces must be the same.
 fn with_uvs_of(model: &Model, carrier: &MeshData, welding: Welding) -> Result<Model, BakeError> {
     let (own, of_carrier) = (model.data().faces(), carrier.faces());
     let same = own.len() == of_carrier.len() && own.iter().zip(of_carrier.iter()).all(|(f, g)| f.len() == g.len());

@@ -1,4 +1,4 @@
-//! What manifest and materials say of a bake.
+//! Manifest of a bake, and statements about the maps in the carrier's materials.
 
 use super::maps::Maps;
 use super::{Request, VertexDisplacements};
@@ -11,7 +11,7 @@ use crate::mesh::jagged::Index;
 use crate::source::materials::{self, MapStatements};
 use crate::source::model::Model;
 
-/// The manifest as far as it is known before the files are.
+/// Manifest without checksums, carrier and report, which are known only when the files are made.
 pub(super) fn manifest_of(
     request: &Request,
     displacements: &VertexDisplacements,
@@ -62,11 +62,13 @@ pub(super) fn manifest_of(
     }
 }
 
-/// What the carrier's materials say. A client would take a map in the wrong place for one in the right place, so it is
-/// named only where it belongs to the texture coordinates in the file.
+/// Statements that reference the maps in the carrier's materials.
+///
+/// A client samples every map that a material names at the texture coordinates of the mesh, so the displacement map is
+/// named only if it was baked for those.
 pub(super) fn statements(manifest: &Manifest, has_own_uvs: bool) -> MapStatements<'_> {
-    let in_place = manifest.displacement.layout == Layout::Uv || !has_own_uvs;
-    let displacement = manifest.clients.mtl.filter(|_| in_place).map(|mtl| materials::DisplacementStatement {
+    let fits_uvs = manifest.displacement.layout == Layout::Uv || !has_own_uvs;
+    let displacement = manifest.clients.mtl.filter(|_| fits_uvs).map(|mtl| materials::DisplacementStatement {
         file: &manifest.displacement.file,
         base: mtl.base,
         gain: mtl.gain,
@@ -74,15 +76,17 @@ pub(super) fn statements(manifest: &Manifest, has_own_uvs: bool) -> MapStatement
     MapStatements { displacement, normal: manifest.normal_map.as_ref().map(|map| map.file.as_str()) }
 }
 
-/// Lists the source vertices of vertices with several wedges, and those for which some corner names other texture
-/// coordinates than the dominant ones: a face that the surface leaves out, a second layer say, is drawn all the same.
+/// Lists the dominant texture coordinates of source vertices at seams.
+///
+/// A source vertex is listed if its vertex has several wedges or if any corner names other texture coordinates than the
+/// dominant ones. The corner may belong to a face that the surface leaves out, because clients draw those faces too.
 fn dominant_uv(model: &Model, atlas: &Atlas) -> DominantUv {
     let (data, vertex_of) = (model.data(), model.weld().vertex_of());
-    let place = |uv: Index| data.uvs()[uv as usize];
+    let coordinates = |uv: Index| data.uvs()[uv as usize];
     let mut listed: Vec<bool> = vertex_of.iter().map(|&v| atlas.wedges().get(v).len() > 1).collect();
     for corner in data.faces().items() {
         let v = corner.position as usize;
-        listed[v] |= corner.uv().map(place) != atlas.dominant(vertex_of[v]).map(place);
+        listed[v] |= corner.uv().map(coordinates) != atlas.dominant(vertex_of[v]).map(coordinates);
     }
     let pair = |(v, &vertex): (Index, &Index)| {
         let uv = atlas.dominant(vertex).filter(|_| listed[v as usize])?;

@@ -1,4 +1,4 @@
-//! Files of a bake before they are handed out: made, measured, and perhaps replaced by others.
+//! Draft of a bundle: maps, carrier and manifest, which are measured before they are handed out and may be discarded.
 
 use super::carrier::{self, CarrierFile};
 use super::describe::{manifest_of, statements};
@@ -13,6 +13,7 @@ use crate::mesh::atlas::Atlas;
 use crate::source::materials;
 use crate::source::model::Model;
 
+/// Maps, carrier and manifest of a bake whose report decides whether they are kept.
 pub(super) struct Draft {
     atlas: Option<Atlas>,
     pub(super) carrier: CarrierFile,
@@ -21,8 +22,8 @@ pub(super) struct Draft {
 }
 
 impl Draft {
-    /// Makes maps, carrier and manifest; the report is still missing. `original` is the model before it was unwrapped,
-    /// if it was.
+    /// Makes maps, carrier and a manifest without a report. `original` is the model before unwrapping, if it was
+    /// unwrapped.
     pub(super) fn new(
         request: &Request,
         displacements: &VertexDisplacements,
@@ -35,8 +36,8 @@ impl Draft {
         // Writing and reading a text file keeps one thread as busy as the maps keep the others.
         let ((source_sha256, carrier), maps) = rayon::join(
             || {
-                let places = atlas.is_none().then(|| carrier::places(model));
-                let carrier = CarrierFile::make(model, &displacements.normals, places.as_deref(), &library_file);
+                let uvs = atlas.is_none().then(|| carrier::texel_uvs(model));
+                let carrier = CarrierFile::make(model, &displacements.normals, uvs.as_deref(), &library_file);
                 (manifest::sha256(&original.unwrap_or(model).source().bytes()), carrier)
             },
             || Maps::bake(request, atlas.as_ref(), displacements),
@@ -54,7 +55,7 @@ impl Draft {
         Ok(Self { atlas, carrier, maps, manifest })
     }
 
-    /// Measures what the files do, and puts it into the manifest.
+    /// Measures the errors of the files and puts the report into the manifest.
     pub(super) fn measure(&mut self, request: &Request, displacements: &VertexDisplacements) -> Result<(), BakeError> {
         request.progress.stage("verifying");
         let verification = Verification {
@@ -71,22 +72,22 @@ impl Draft {
         Ok(())
     }
 
-    /// The reason to give each vertex a texel of its own after all, if there is one: what was written is what counts,
-    /// whatever the plan promised.
+    /// Reason to give each vertex a texel of its own after all, if vertices miss their height. The errors measured on the
+    /// written bytes decide, not the prediction of the plan.
     pub(super) fn fallback(&self, request: &Request) -> Option<Fallback> {
         let settings = request.settings;
-        let left = self.manifest.report.unresolved_vertices;
+        let unresolved = self.manifest.report.unresolved_vertices;
         let must_be_exact = settings.layout == LayoutChoice::Auto && settings.texels == Texels::Fitted;
-        if !must_be_exact || left == 0 || !self.maps.plan.is_uv() {
+        if !must_be_exact || unresolved == 0 || !self.maps.plan.is_uv() {
             return None;
         }
         let (side, vertices) = (self.maps.size.width, request.model.surface().positions().len());
-        let choice = Choice { side, vertices, left, reason: Reason::AlmostExact, largest: side };
+        let choice = Choice { side, vertices, left: unresolved, reason: Reason::AlmostExact, largest: side };
         let problems = self.maps.findings.problems().into_iter().chain(self.maps.findings.crowding()).collect();
         Some(Fallback::Layout { choice, problems })
     }
 
-    /// Makes what the manifest names and is still missing, and hands out all files.
+    /// Makes the remaining files that the manifest names and returns all of them.
     pub(super) fn into_bundle(
         self,
         request: &Request,

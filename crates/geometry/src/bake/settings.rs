@@ -1,4 +1,4 @@
-//! All that can be chosen for a bake.
+//! Settings of a bake.
 
 use super::{BakeTarget, LayoutChoice};
 use crate::denoise::NormalField;
@@ -9,38 +9,40 @@ use crate::mesh::weld::Welding;
 use crate::named;
 use serde::{Deserialize, Serialize};
 
-/// All that can be chosen. In JSON, settings that are missing are those of [`BakeSettings::default`].
+/// Settings of a bake. In JSON, fields that are missing have the values of [`BakeSettings::default`], and unknown fields are an
+/// error.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BakeSettings {
-    /// Where the vertices shall go.
+    /// Denoised surface that the map leads to; in JSON the field `goal`.
     #[serde(rename = "goal")]
     pub target: BakeTarget,
-    /// How the model was welded; goes into the manifest.
+    /// Welding of the model, for the manifest.
     pub welding: Welding,
-    /// Along which normals to displace; none chooses, see [`BakeTarget::displacements`].
+    /// Normals that the map displaces along; `None` chooses them as [`BakeTarget::displacements`] says.
     pub normals: Option<NormalField>,
-    /// Strength for the normal map and the clients.
+    /// Strength λ for the normal map and the clients.
     pub lambda: Lambda,
-    /// Heights or vectors.
+    /// Kind of the map: heights, or vectors in object or tangent space.
     pub map: MapKind,
-    /// Where texels of a vertex are.
+    /// Layout of the texels that vertices sample.
     pub layout: LayoutChoice,
-    /// Side of the maps; none chooses it. A map with one texel for each vertex has the side that it needs.
+    /// Side of the maps, texels; `None` chooses it. The per-vertex layout ignores it for heights and uses the side that it
+    /// needs.
     pub side: Option<u32>,
-    /// The largest side that is chosen.
+    /// Largest side that may be chosen.
     pub largest_side: LargestSide,
-    /// How far a vertex may be off for [`LayoutChoice::Auto`] to keep the texture coordinates of the mesh.
+    /// Largest error of a vertex at which [`LayoutChoice::Auto`] keeps the texture coordinates of the mesh.
     pub tolerance: Quanta,
-    /// How texels between vertices are filled.
+    /// Interpolation of the texels between vertices.
     pub interpolation: Interpolation,
-    /// What is done to the texels that vertices sample.
+    /// Treatment of the texels that vertices sample.
     pub texels: Texels,
-    /// Format of the displacement map.
+    /// File format and bits of the displacement map.
     pub texel: TexelFormat,
-    /// Direction of green in the normal map.
+    /// Direction of the green channel in the normal map.
     pub convention: Convention,
-    /// Files that carry the map.
+    /// Files of the carrier.
     pub carriers: Carriers,
 }
 
@@ -56,7 +58,7 @@ named! {
     }
 }
 
-/// Multiples of the step between two heights.
+/// Length in quanta, the steps between neighbouring values of the encoding.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Quanta(pub f64);
 
@@ -66,7 +68,7 @@ impl Default for Quanta {
     }
 }
 
-/// Side of a map in texels.
+/// Largest side of a map, texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LargestSide(pub u32);
 
@@ -76,7 +78,7 @@ impl Default for LargestSide {
     }
 }
 
-/// Strength: 0 is the source, 1 is denoised.
+/// Strength λ of the displacement: 0 gives the mesh as it was, 1 the denoised mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Lambda(pub f64);
 

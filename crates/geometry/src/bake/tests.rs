@@ -40,7 +40,7 @@ fn sheet() -> Arrays {
     }
 }
 
-/// The same mesh as somebody else may write it.
+/// The mesh of the arrays as another program may write it.
 fn as_obj(arrays: &Arrays) -> Obj {
     let mut text = "# a sheet\no sheet\n".to_owned();
     for p in &arrays.positions {
@@ -126,12 +126,12 @@ fn a_bundle_of_arrays_is_understood_from_its_own_files() {
     let entry = &manifest.displacement;
     let map = Displacement::decode(displacement, entry.map, entry.size(), entry.encoding()).unwrap();
     let vertices = displace::baked_vertices(model.source(), manifest, &|| None).unwrap();
-    let places = displace::displaced(&vertices, &map, 1.0, entry.origin);
+    let displaced = displace::displaced(&vertices, &map, 1.0, entry.origin);
     let displacements = target.displacements(&model, MapKind::Scalar, Some(manifest.normals), &Silent).unwrap();
     let expected = model.weld().spread(model.surface().positions());
-    for ((place, source), v) in places.iter().zip(expected).zip(model.weld().vertex_of()) {
+    for ((position, source), v) in displaced.iter().zip(expected).zip(model.weld().vertex_of()) {
         let height = displacements.heights.as_ref().unwrap().0[*v as usize];
         let denoised = source - height * displacements.normals[*v as usize].as_dvec3();
-        assert!(place.distance(denoised) <= manifest.report.error_bound, "{place} {denoised}");
+        assert!(position.distance(denoised) <= manifest.report.error_bound, "{position} {denoised}");
     }
 }

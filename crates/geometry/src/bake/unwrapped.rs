@@ -1,4 +1,4 @@
-//! Baking into texture coordinates that are made for the purpose.
+//! Baking into new texture coordinates, which are made for the map.
 
 use super::{BakeError, BakeSettings, Bundle, LayoutChoice, Request, VertexDisplacements};
 use crate::bake::unwrap::{Charts, UnwrapError, Unwrapped};
@@ -14,7 +14,7 @@ impl From<UnwrapError> for BakeError {
     }
 }
 
-/// Cuts charts, and packs and bakes them at growing sizes until each vertex gets its height.
+/// Cuts charts, then packs and bakes them at growing sizes until each vertex gets its height.
 pub(super) fn bake(request: &Request, displacements: &VertexDisplacements) -> Result<Bundle, BakeError> {
     let Request { model, settings, progress, .. } = *request;
     let charts = Charts::cut(model, &model.surface().moved_by(&displacements.deltas), progress)?;
@@ -31,18 +31,18 @@ pub(super) fn bake(request: &Request, displacements: &VertexDisplacements) -> Re
         let at_side = BakeSettings { layout: LayoutChoice::Uv, side: Some(side), ..settings.clone() };
         let laid_out = Request { model: &laid_out, settings: &at_side, ..*request };
         let bundle = super::bake_layout(&laid_out, displacements, Some(model))?;
-        let left = bundle.manifest.report.unresolved_vertices;
+        let unresolved = bundle.manifest.report.unresolved_vertices;
         let reason = match spaced.reason {
-            _ if left == 0 => Reason::Exact,
+            _ if unresolved == 0 => Reason::Exact,
             Reason::Crowded => Reason::Crowded,
             _ => Reason::AlmostExact,
         };
-        let left = if reason == Reason::Crowded { spaced.left } else { left };
+        let left = if reason == Reason::Crowded { spaced.left } else { unresolved };
         let choice = settings.side.is_none().then_some(Choice { left, reason, largest, ..spaced });
         best = Some(Bundle { choice, ..bundle });
-        if left == 0 {
+        if unresolved == 0 {
             break;
         }
     }
-    best.ok_or(BakeError::NoRoom { side: largest })
+    best.ok_or(BakeError::ChartsDoNotFit { side: largest })
 }
