@@ -230,7 +230,7 @@ fn weight_one_is_the_denoised_surface() {
             let base = parsed.attribute::<3>(name).into_iter().map(Vec3::from);
             base.zip(parsed.target(name)).map(|(base, delta)| base + Vec3::from(delta)).collect::<Vec<_>>()
         };
-        // Half a unit in the last sample of the difference and of the sum.
+        // Half a unit in the last place of the difference and of the sum.
         let close = |found: Vec3, expected: DVec3, largest: f64| {
             (found.as_dvec3() - expected).abs().max_element() <= largest * f64::from(f32::EPSILON)
         };
