@@ -2,7 +2,7 @@
 //! has every field.
 
 use crate::support::root;
-use planish_geometry::bake::{self, Belongings, Names, Settings};
+use planish_geometry::bake::{self, BakeSettings, BundleNames, SideFiles};
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Silent;
 use planish_geometry::source::model::Model;
@@ -84,9 +84,10 @@ fn fields(value: &Value, out: &mut BTreeSet<String>) {
 fn every_field_of_a_manifest_is_documented() {
     let mesh = fs::read(root().join("data/duck_noisy.obj")).unwrap();
     let model = Model::new(Obj::parse(mesh).unwrap(), Welding::Exact);
-    let names = Names { source: "duck_noisy.obj".into(), stem: "duck_noisy".into(), carrier: "duck_noisy".into() };
-    let settings = Settings { side: Some(64), ..Settings::default() };
-    let bundle = bake::bake(&model, &names, Belongings::NONE, &settings, &Silent).unwrap();
+    let names =
+        BundleNames { source: "duck_noisy.obj".into(), stem: "duck_noisy".into(), carrier: "duck_noisy".into() };
+    let settings = BakeSettings { side: Some(64), ..BakeSettings::default() };
+    let bundle = bake::bake(&model, &names, SideFiles::NONE, &settings, &Silent).unwrap();
     let json: Value = serde_json::from_slice(&bundle.files.last().unwrap().bytes).unwrap();
     let page = fs::read_to_string(root().join("docs/manifest.md")).unwrap();
     let (top, sections) = page.split_once("## `").unwrap();

@@ -1,14 +1,14 @@
 //! Meshes as they are out there, from the folder that `PLANISH_MESHES` names.
 
 use crate::support::{bake, keeps_its_promises, meshes_from_outside, meshes_in, model};
-use planish_geometry::bake::Settings;
+use planish_geometry::bake::BakeSettings;
 use planish_geometry::denoise::{Denoiser, Laplacian};
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Silent;
 
-fn one_full_step() -> Settings {
+fn one_full_step() -> BakeSettings {
     let method = Denoiser::Laplacian(Laplacian { iterations: 1, step: 1.0, ..Laplacian::default() });
-    Settings { goal: method.into(), ..Settings::default() }
+    BakeSettings { target: method.into(), ..BakeSettings::default() }
 }
 
 /// Bakes a mesh at the usual sizes: from crowded to two texels and more between vertices.
@@ -16,7 +16,7 @@ fn is_baked_within_bounds(name: &str) {
     let folder = meshes_from_outside();
     let model = model(std::fs::read(folder.join(name)).unwrap(), Welding::Exact);
     for side in [512, 1024, 2048, 4096] {
-        let settings = Settings { side: Some(side), ..one_full_step() };
+        let settings = BakeSettings { side: Some(side), ..one_full_step() };
         keeps_its_promises(&model, &settings, &bake(&model, &settings));
     }
 }
@@ -43,7 +43,7 @@ fn every_scan_with_texture_coordinates_is_baked_within_bounds() {
         let model = model(std::fs::read(&path).unwrap(), Welding::Exact);
         if model.atlas().is_ok() {
             println!("{}", path.display());
-            let settings = Settings { side: Some(256), ..one_full_step() };
+            let settings = BakeSettings { side: Some(256), ..one_full_step() };
             keeps_its_promises(&model, &settings, &bake(&model, &settings));
         }
     }

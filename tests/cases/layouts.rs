@@ -1,7 +1,7 @@
 //! How exact each layout is, on the meshes of the repository and on those that `PLANISH_MESHES` names.
 
 use crate::support::{Read, bake, heights, keeps_its_promises, meshes_from_outside, meshes_in, model, root};
-use planish_geometry::bake::{Carriers, Fallback, LayoutChoice, Settings};
+use planish_geometry::bake::{BakeSettings, Carriers, Fallback, LayoutChoice};
 use planish_geometry::denoise::{Denoiser, Laplacian};
 use planish_geometry::map::displacement::{TexelFormat, Weights};
 use planish_geometry::map::manifest::Layout;
@@ -9,10 +9,10 @@ use planish_geometry::mesh::weld::Welding;
 use planish_geometry::source::model::Model;
 use std::path::Path;
 
-fn settings(layout: LayoutChoice, texel: TexelFormat) -> Settings {
+fn settings(layout: LayoutChoice, texel: TexelFormat) -> BakeSettings {
     // How the heights came about does not matter here; these take no time.
-    let goal = Denoiser::Laplacian(Laplacian::default()).into();
-    Settings { goal, layout, texel, carriers: Carriers::Obj, ..Settings::default() }
+    let target = Denoiser::Laplacian(Laplacian::default()).into();
+    BakeSettings { target, layout, texel, carriers: Carriers::Obj, ..BakeSettings::default() }
 }
 
 /// Largest difference between the texel of a `v` line, found by its number, and the height of its vertex.
@@ -78,7 +78,7 @@ fn the_texture_coordinates_of_spot_hold_all_its_heights() {
     let folder = meshes_from_outside();
     let model = model(std::fs::read(folder.join("spot_n0.2_noisy.obj")).unwrap(), Welding::Exact);
     for side in [512, 1024, 2048] {
-        let settings = Settings { side: Some(side), ..settings(LayoutChoice::Uv, TexelFormat::Png16) };
+        let settings = BakeSettings { side: Some(side), ..settings(LayoutChoice::Uv, TexelFormat::Png16) };
         let read = keeps_its_promises(&model, &settings, &bake(&model, &settings));
         let report = &read.manifest.report;
         assert!(report.max_error_quanta <= Some(1.0), "{report:?}");
@@ -93,7 +93,7 @@ fn the_texture_coordinates_of_spot_hold_all_its_heights() {
     assert_eq!(chosen.manifest.displacement.width, 2048);
     let gap = chosen.manifest.report.own_uvs.as_ref().unwrap().seam_gap;
     assert!(gap <= 2.0 * chosen.manifest.report.quantum, "{gap:e}");
-    let smaller = Settings { side: Some(256), ..settings(LayoutChoice::Uv, TexelFormat::Png16) };
+    let smaller = BakeSettings { side: Some(256), ..settings(LayoutChoice::Uv, TexelFormat::Png16) };
     assert!(bake(&model, &smaller).manifest.report.unresolved_vertices > 0);
 }
 
@@ -110,7 +110,7 @@ fn layouts_that_cannot_hold_the_heights_are_left_and_named() {
         let Some(reason @ Fallback::Layout { .. }) = &bundle.fallback else { panic!("{name}: {:?}", bundle.fallback) };
         assert!(reason.to_string().contains(word), "{name}: {reason}");
 
-        let insisted = Settings { side: Some(512), ..settings(LayoutChoice::Uv, TexelFormat::Png16) };
+        let insisted = BakeSettings { side: Some(512), ..settings(LayoutChoice::Uv, TexelFormat::Png16) };
         let read = keeps_its_promises(&model, &insisted, &bake(&model, &insisted));
         let report = &read.manifest.report;
         assert!(report.unresolved_vertices > 0 && report.map_errors.max_quanta > Some(100.0), "{name}: {report:?}");

@@ -1,7 +1,7 @@
 //! Meshes, and what must be true of a bundle made from one.
 
 use glam::{DVec2, DVec3, Vec3};
-use planish_geometry::bake::{self, Belongings, Bundle, Goal, Names, Settings};
+use planish_geometry::bake::{self, BakeSettings, BakeTarget, Bundle, BundleNames, SideFiles};
 use planish_geometry::denoise::{HeightField, NormalField};
 use planish_geometry::map::displace::{self, SamplingRule, ShaderVertex};
 use planish_geometry::map::displacement::{Displacement, SampleAt, Weights};
@@ -66,9 +66,9 @@ pub(crate) fn meshes_from_outside() -> PathBuf {
     folder
 }
 
-pub(crate) fn bake(model: &Model, settings: &Settings) -> Bundle {
-    let names = Names { source: "in.obj".to_owned(), stem: "out".to_owned(), carrier: "out.carrier".to_owned() };
-    bake::bake(model, &names, Belongings::NONE, settings, &Silent).unwrap()
+pub(crate) fn bake(model: &Model, settings: &BakeSettings) -> Bundle {
+    let names = BundleNames { source: "in.obj".to_owned(), stem: "out".to_owned(), carrier: "out.carrier".to_owned() };
+    bake::bake(model, &names, SideFiles::NONE, settings, &Silent).unwrap()
 }
 
 /// A bundle read back from its own files.
@@ -115,8 +115,8 @@ impl Read {
 }
 
 /// Heights of the vertices from first principles, and the normals they belong to. #V
-pub(crate) fn heights(model: &Model, settings: &Settings) -> (Vec<f64>, Vec<Vec3>) {
-    let Goal::Denoiser(denoising) = &settings.goal else { panic!("the tests bake no targets") };
+pub(crate) fn heights(model: &Model, settings: &BakeSettings) -> (Vec<f64>, Vec<Vec3>) {
+    let BakeTarget::Method(denoising) = &settings.target else { panic!("the tests bake no targets") };
     let deltas = denoising.run(model.surface(), model.weld(), denoising.output(), &Silent).unwrap().deltas;
     let source = settings.normals.unwrap_or_default();
     if source == NormalField::Tilted {
@@ -131,7 +131,7 @@ pub(crate) fn heights(model: &Model, settings: &Settings) -> (Vec<f64>, Vec<Vec3
 /// What a bundle promises: no vertex is farther from p − h·n than the report says, and all wedges of a vertex land on
 /// the same bits.
 #[track_caller]
-pub(crate) fn keeps_its_promises(model: &Model, settings: &Settings, bundle: &Bundle) -> Read {
+pub(crate) fn keeps_its_promises(model: &Model, settings: &BakeSettings, bundle: &Bundle) -> Read {
     let read = Read::new(bundle);
     assert_eq!(read.manifest, bundle.manifest);
     let (heights, normals) = heights(model, settings);

@@ -2,7 +2,7 @@
 
 use crate::support::{bake, model, obj_text};
 use glam::DVec2;
-use planish_geometry::bake::{LayoutChoice, Settings};
+use planish_geometry::bake::{BakeSettings, LayoutChoice};
 use planish_geometry::map::Interpolation;
 use planish_geometry::map::displacement::TexelFormat;
 use planish_geometry::mesh::shapes;
@@ -29,7 +29,7 @@ fn a_bake_is_the_same_bytes_on_any_number_of_threads() {
     let formats = [TexelFormat::Png16, TexelFormat::Png8, TexelFormat::Exr32, TexelFormat::Tiff16];
     for (interpolation, texel) in fillings.into_iter().zip(formats) {
         let layout = LayoutChoice::Uv;
-        let settings = Settings { side: Some(256), interpolation, texel, layout, ..Settings::default() };
+        let settings = BakeSettings { side: Some(256), interpolation, texel, layout, ..BakeSettings::default() };
         let on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| bake(&model, &settings).files)

@@ -5,7 +5,9 @@ use crate::input;
 use crate::method;
 use crate::output::{self, Folder};
 use crate::words::{count, volume_not_restored};
-use planish_geometry::bake::{self, BakeError, Belongings, Bundle, Fallback, Goal, LayoutChoice, Names, Settings};
+use planish_geometry::bake::{
+    self, BakeError, BakeSettings, BakeTarget, Bundle, BundleNames, Fallback, LayoutChoice, SideFiles,
+};
 use planish_geometry::denoise::Denoising;
 use planish_geometry::map::manifest::{self, HeightsLoss, Layout, Target};
 use planish_geometry::mesh::atlas::AtlasError;
@@ -57,13 +59,13 @@ fn stem(input: &Path) -> Result<String, Failure> {
 
 impl Job<'_> {
     /// The goal of denoising by a method, once that is ready to run.
-    pub fn method(&self, denoising: Denoising) -> Result<Goal, Failure> {
+    pub fn method(&self, denoising: Denoising) -> Result<BakeTarget, Failure> {
         let denoiser = method::prepare(denoising.denoiser, self.input)?;
-        Ok(Goal::Denoiser(Denoising { denoiser, ..denoising }))
+        Ok(BakeTarget::Method(Denoising { denoiser, ..denoising }))
     }
 
     /// The way to the result of any other denoiser.
-    pub fn target(&self, path: &Path) -> Result<Goal, Failure> {
+    pub fn target(&self, path: &Path) -> Result<BakeTarget, Failure> {
         let denoised = input::source(path)?;
         let (found, needed) = (denoised.data().positions().len(), self.model.data().positions().len());
         if found != needed {
@@ -71,11 +73,11 @@ impl Job<'_> {
             return Err(Failure::at(path, reason));
         }
         let target = Target::new(from_folder(path, self.folder), manifest::sha256(&denoised.bytes()));
-        Ok(Goal::to(self.model, denoised.data(), target))
+        Ok(BakeTarget::from_mesh(self.model, denoised.data(), target))
     }
 
     /// Bakes into memory. The folder need not be there yet.
-    pub fn run(&self, settings: &Settings, progress: &dyn Progress) -> Result<Baked, Failure> {
+    pub fn run(&self, settings: &BakeSettings, progress: &dyn Progress) -> Result<Baked, Failure> {
         let Self { input, model, folder, spared } = *self;
         let names = names(input, folder, stem(input)?);
         let (found, missing): (Vec<_>, Vec<_>) =
@@ -95,7 +97,7 @@ impl Job<'_> {
         let mut inputs: Vec<PathBuf> = textures.into_iter().chain(places).collect();
         inputs.push(input.to_path_buf());
         inputs.extend_from_slice(spared);
-        if let Goal::Target { target, .. } = &settings.goal {
+        if let BakeTarget::Positions { target, .. } = &settings.target {
             inputs.push(folder.join(&target.file));
         }
         let relocate = |texture: &str| {
@@ -104,8 +106,8 @@ impl Job<'_> {
             if place.is_file() { from_folder(&place, folder) } else { texture.to_owned() }
         };
         let texture = |name: &str| std::fs::read(beside(input, name)).ok();
-        let belongings = Belongings { libraries: &libraries, relocate: &relocate, texture: &texture };
-        let bundle = bake::bake(model, &names, belongings, settings, progress).map_err(|e| explain(e, model, input))?;
+        let side_files = SideFiles { libraries: &libraries, relocate: &relocate, texture: &texture };
+        let bundle = bake::bake(model, &names, side_files, settings, progress).map_err(|e| explain(e, model, input))?;
         warnings.extend(warn(&bundle));
         Ok(Baked { bundle, warnings, inputs })
     }
@@ -121,10 +123,10 @@ impl Baked {
 }
 
 /// The carrier is called like the source, unless that is where it would go.
-fn names(input: &Path, folder: &Path, stem: String) -> Names {
+fn names(input: &Path, folder: &Path, stem: String) -> BundleNames {
     let taken = output::same_file(&folder.join(format!("{stem}.obj")), input);
     let carrier = if taken { format!("{stem}.planish") } else { stem.clone() };
-    Names { source: from_folder(input, folder), stem, carrier }
+    BundleNames { source: from_folder(input, folder), stem, carrier }
 }
 
 /// A path as seen from a folder, with slashes.
@@ -159,7 +161,7 @@ fn explain(error: BakeError, model: &Model, input: &Path) -> Failure {
         BakeError::Normals(e) => Failure::at(input, format!("{e}; use --normals angle")),
         #[cfg(feature = "unwrap")]
         e @ BakeError::Unwrap(_) => Failure::at(input, e),
-        BakeError::NoRoom { .. } => Failure::at(input, format!("{error}; use a larger --size or --max-size")),
+        BakeError::ChartsDoNotFit { .. } => Failure::at(input, format!("{error}; use a larger --size or --max-size")),
         e @ (BakeError::NotFinite | BakeError::Gltf(_)) => Failure::at(input, e),
         other => Failure::Internal(format!("{}: {other}", input.display())),
     }

@@ -3,7 +3,7 @@
 //! `cargo bench -p planish-geometry` runs all stages; a word behind `--` picks those whose names contain it.
 
 use divan::{Bencher, black_box};
-use planish_geometry::bake::{self, Belongings, LayoutChoice, Names, Settings};
+use planish_geometry::bake::{self, BakeSettings, BundleNames, LayoutChoice, SideFiles};
 use planish_geometry::denoise::{Denoiser, Laplacian, NormalField};
 use planish_geometry::mesh::topology::Topology;
 use planish_geometry::mesh::weld::{Weld, Welding};
@@ -66,10 +66,10 @@ fn normals(bencher: Bencher) {
 #[divan::bench(args = [512, 2048])]
 fn bake_at(bencher: Bencher, side: u32) {
     let model = model();
-    let names = Names { source: "duck.obj".into(), stem: "duck".into(), carrier: "duck".into() };
-    let goal = Denoiser::Laplacian(Laplacian::default()).into();
-    let settings = Settings { goal, layout: LayoutChoice::Uv, side: Some(side), ..Settings::default() };
-    bencher.bench(|| bake::bake(black_box(&model), &names, Belongings::NONE, &settings, &Silent));
+    let names = BundleNames { source: "duck.obj".into(), stem: "duck".into(), carrier: "duck".into() };
+    let target = Denoiser::Laplacian(Laplacian::default()).into();
+    let settings = BakeSettings { target, layout: LayoutChoice::Uv, side: Some(side), ..BakeSettings::default() };
+    bencher.bench(|| bake::bake(black_box(&model), &names, SideFiles::NONE, &settings, &Silent));
 }
 
 #[divan::bench]

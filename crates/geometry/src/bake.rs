@@ -1,6 +1,25 @@
 //! The whole bake: a model becomes the files of a displacement map, each as bytes.
 //!
-//! Whoever bakes, the command line or a window, writes these bytes and nothing else.
+//! [`bake`] denoises, makes the maps and the carrier, reads the bytes back and measures them. Command line and window
+//! write these bytes and nothing else.
+//!
+//! ```
+//! use planish_geometry::bake::{self, BakeSettings, BundleNames, SideFiles};
+//! use planish_geometry::denoise::{Denoiser, Laplacian};
+//! use planish_geometry::mesh::weld::Welding;
+//! use planish_geometry::progress::Silent;
+//! use planish_geometry::source::model::Model;
+//! use planish_geometry::source::obj::Obj;
+//!
+//! let text = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 1 1 1\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
+//! let model = Model::new(Obj::parse(text.into())?, Welding::Exact);
+//! let names = BundleNames { source: "tent.obj".into(), stem: "tent".into(), carrier: "tent".into() };
+//! let settings = BakeSettings { target: Denoiser::Laplacian(Laplacian::default()).into(), ..BakeSettings::default() };
+//! let bundle = bake::bake(&model, &names, SideFiles::NONE, &settings, &Silent)?;
+//! let files: Vec<&str> = bundle.files.iter().map(|file| file.name.as_str()).collect();
+//! assert_eq!(files, ["tent.displacement.png", "tent.obj", "tent.mtl", "tent.glb", "tent.planish.json"]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod carrier;
 mod check;
@@ -8,11 +27,11 @@ mod describe;
 mod draft;
 mod error;
 pub mod gltf;
-mod goal;
 mod layout;
 mod maps;
 mod report;
 mod settings;
+mod target;
 #[cfg(feature = "unwrap")]
 pub mod unwrap;
 #[cfg(feature = "unwrap")]
@@ -20,9 +39,9 @@ mod unwrapped;
 
 pub use check::{WrittenFiles, check};
 pub use error::BakeError;
-pub use goal::{Goal, Ways};
 pub use layout::{Fallback, LayoutChoice};
-pub use settings::{Carriers, Lambda, LargestSide, Quanta, Settings};
+pub use settings::{BakeSettings, Carriers, Lambda, LargestSide, Quanta};
+pub use target::{BakeTarget, VertexDisplacements};
 
 use crate::map::displace::DisplacementDirections;
 use crate::map::displacement::MapKind;
@@ -33,72 +52,72 @@ use crate::progress::Progress;
 use crate::source::model::Model;
 use draft::Draft;
 
-/// What belongs to a source and lies in other files.
+/// Files beside a mesh that its materials need.
 #[derive(Clone, Copy)]
-pub struct Belongings<'a> {
-    /// Its material libraries.
+pub struct SideFiles<'a> {
+    /// Contents of the material libraries, in the order in which the mesh names them.
     pub libraries: &'a [Vec<u8>],
-    /// Turns the name of a texture as it stands in them into one that holds where the carrier will lie.
+    /// Function that turns the path of a texture, as a library writes it, into a path from the folder of the carrier.
     pub relocate: &'a (dyn Fn(&str) -> String + Sync),
-    /// The bytes of a texture, by its name in the libraries.
+    /// Function that gives the bytes of a texture by its path in the libraries; `None` if there is no such file.
     pub texture: &'a (dyn Fn(&str) -> Option<Vec<u8>> + Sync),
 }
 
-impl Belongings<'_> {
-    /// Nothing.
-    pub const NONE: Belongings<'static> = Belongings { libraries: &[], relocate: &str::to_owned, texture: &|_| None };
+impl SideFiles<'_> {
+    /// Side files of a mesh without materials.
+    pub const NONE: SideFiles<'static> = SideFiles { libraries: &[], relocate: &str::to_owned, texture: &|_| None };
 }
 
-/// What the files are called.
+/// Names of the files of a bundle.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Names {
-    /// The source as the manifest shall name it.
+pub struct BundleNames {
+    /// Path of the mesh as the manifest names it.
     pub source: String,
-    /// Beginning of the names of the maps and the manifest.
+    /// File name of the maps and the manifest up to their extensions.
     pub stem: String,
-    /// Beginning of the names of the carrier and its materials.
+    /// File name of the carrier and its materials up to their extensions.
     pub carrier: String,
 }
 
-/// A file to write.
+/// A file of a bundle, to be written by the caller.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct File {
+pub struct BundleFile {
     /// Name without a folder.
     pub name: String,
-    /// Content.
+    /// Content of the file.
     pub bytes: Vec<u8>,
 }
 
 /// The result of a bake.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bundle {
-    /// Maps, carrier and materials; the manifest comes last.
-    pub files: Vec<File>,
-    /// What the last file says.
+    /// Maps, carrier and materials, and at the end the manifest.
+    pub files: Vec<BundleFile>,
+    /// Manifest, as in the last file.
     pub manifest: Manifest,
-    /// Why the size was chosen; none where it was given or follows from the number of vertices.
+    /// Reason for the size of the maps; `None` if the size was given or follows from the number of vertices.
     pub choice: Option<MapSizeChoice>,
-    /// Why the texture coordinates of the mesh were not used; none where they were, or were not asked for.
+    /// Reason why the texture coordinates of the mesh were not used; `None` if they were used or not asked for.
     pub fallback: Option<Fallback>,
     /// Directions that the map displaces along, for [`displace::model_vertices`].
     pub along: DisplacementDirections,
 }
 
-/// Whether [`LayoutChoice::Unwrap`] is there: the feature `unwrap`.
+/// True if the feature `unwrap` is on, so that [`LayoutChoice::Unwrap`] can be used.
 pub const CAN_UNWRAP: bool = cfg!(feature = "unwrap");
 
-/// A bake as it was asked for.
+/// Arguments of [`bake`].
 #[derive(Clone, Copy)]
 struct Request<'a> {
     model: &'a Model,
-    names: &'a Names,
-    beside: Belongings<'a>,
-    settings: &'a Settings,
+    names: &'a BundleNames,
+    side_files: SideFiles<'a>,
+    settings: &'a BakeSettings,
     progress: &'a dyn Progress,
 }
 
 impl Request<'_> {
-    /// The layout of the model's texture coordinates; none where the bake can do without.
+    /// Layout of the model's texture coordinates; `None` if the model has none and the bake needs none.
     fn atlas(&self) -> Result<Option<Atlas>, BakeError> {
         match (self.model.atlas(), self.settings.layout) {
             (Ok(atlas), _) => Ok(Some(atlas)),
@@ -109,47 +128,53 @@ impl Request<'_> {
     }
 }
 
-/// Denoises, bakes, writes to memory, reads back and measures.
+/// Denoises a model, bakes its displacement map and carrier into memory, reads them back and measures their errors.
 ///
-/// `beside` is what the source's materials need.
+/// # Errors
+/// If the layout that was chosen is impossible for this mesh, if heights or positions do not fit into single precision,
+/// or if the caller cancels; see [`BakeError`].
 pub fn bake(
     model: &Model,
-    names: &Names,
-    beside: Belongings,
-    settings: &Settings,
+    names: &BundleNames,
+    side_files: SideFiles,
+    settings: &BakeSettings,
     progress: &dyn Progress,
 ) -> Result<Bundle, BakeError> {
-    let request = Request { model, names, beside, settings, progress };
+    let request = Request { model, names, side_files, settings, progress };
     let unwraps = settings.layout == LayoutChoice::Unwrap;
     if unwraps && !CAN_UNWRAP {
         return Err(BakeError::CannotUnwrap);
     }
     if !unwraps {
-        // What cannot be baked shall not have to be denoised first.
+        // A missing layout is reported before the time for denoising is spent.
         request.atlas()?;
     }
-    let ways = settings.goal.ways(model, settings.map, settings.normals, progress)?;
-    if ways.deltas.iter().any(|delta| !delta.as_vec3().is_finite()) {
+    let displacements = settings.target.displacements(model, settings.map, settings.normals, progress)?;
+    if displacements.deltas.iter().any(|delta| !delta.as_vec3().is_finite()) {
         return Err(BakeError::NotFinite);
     }
     #[cfg(feature = "unwrap")]
     if unwraps {
-        return unwrapped::bake(&request, &ways);
+        return unwrapped::bake(&request, &displacements);
     }
-    bake_layout(&request, &ways, None)
+    bake_layout(&request, &displacements, None)
 }
 
-/// Bakes into the layout that the model has. `original` is the model before it was unwrapped, if it was.
-fn bake_layout(request: &Request, ways: &Ways, original: Option<&Model>) -> Result<Bundle, BakeError> {
-    let mut draft = Draft::new(request, ways, original)?;
-    draft.measure(request, ways)?;
+/// Bakes into the model's existing layout. `original` is the model before unwrapping, if it was unwrapped.
+fn bake_layout(
+    request: &Request,
+    displacements: &VertexDisplacements,
+    original: Option<&Model>,
+) -> Result<Bundle, BakeError> {
+    let mut draft = Draft::new(request, displacements, original)?;
+    draft.measure(request, displacements)?;
     if let Some(fallback) = draft.fallback(request) {
-        let settings = Settings { layout: LayoutChoice::Vertex, ..request.settings.clone() };
-        let bundle = bake_layout(&Request { settings: &settings, ..*request }, ways, None)?;
+        let settings = BakeSettings { layout: LayoutChoice::Vertex, ..request.settings.clone() };
+        let bundle = bake_layout(&Request { settings: &settings, ..*request }, displacements, None)?;
         return Ok(Bundle { fallback: Some(fallback), ..bundle });
     }
     request.progress.check()?;
-    draft.into_bundle(request, ways)
+    draft.into_bundle(request, displacements)
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use planish_files::bake_files::{self, Baked, Job};
 use planish_files::failure::Failure;
 use planish_files::input;
 use planish_files::map_files::MapFiles;
-use planish_geometry::bake::{self, Bundle};
+use planish_geometry::bake::{BakeSettings, Bundle};
 use planish_geometry::map::displace::{self, ShaderVertex};
 use planish_geometry::map::displacement::{Displacement, Encoding, MapKind, TexelFormat};
 use planish_geometry::map::manifest::{Manifest, NormalMapEntry};
@@ -98,7 +98,7 @@ pub fn open(files: &Files, settings: &Settings, progress: &dyn Progress) -> Resu
         (None, None) if needs_map(settings) => {
             let folder = bake_files::folder_beside(&mesh)?;
             let job = Job { input: &mesh, model: &model, folder: &folder, spared: &[] };
-            let (map, files) = bake_map(&mut scene, &job, &bake::Settings::default(), progress)?;
+            let (map, files) = bake_map(&mut scene, &job, &BakeSettings::default(), progress)?;
             baked = Some(files);
             Some(map)
         }
@@ -134,7 +134,7 @@ fn read_map(scene: &mut Scene, model: &Model, mesh: &Path, files: MapFiles) -> R
 pub fn bake_map(
     scene: &mut Scene,
     job: &Job,
-    settings: &bake::Settings,
+    settings: &BakeSettings,
     progress: &dyn Progress,
 ) -> Result<(OpenedMap, Baked), Failure> {
     let baked = job.run(settings, progress)?;

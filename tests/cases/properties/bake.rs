@@ -3,7 +3,7 @@
 use super::{cases, finite};
 use crate::support::{bake, heights, keeps_its_promises, model, obj_text, sampled};
 use glam::{DVec2, DVec3};
-use planish_geometry::bake::{Lambda, LayoutChoice, Settings};
+use planish_geometry::bake::{BakeSettings, Lambda, LayoutChoice};
 use planish_geometry::denoise::{Denoiser, Laplacian, NormalField};
 use planish_geometry::map::displacement::{Encoding, TexelFormat};
 use planish_geometry::map::{Interpolation, Texels};
@@ -46,7 +46,7 @@ fn sheet() -> impl Strategy<Value = String> {
     })
 }
 
-fn settings() -> impl Strategy<Value = Settings> {
+fn settings() -> impl Strategy<Value = BakeSettings> {
     let interpolations =
         vec![Interpolation::Barycentric, Interpolation::Natural, Interpolation::Idw, Interpolation::Nearest];
     let formats = TexelFormat::ALL.to_vec();
@@ -60,8 +60,8 @@ fn settings() -> impl Strategy<Value = Settings> {
     ];
     let texels = vec![Texels::Fitted, Texels::Interpolated];
     (1..70_u32, select(interpolations), select(texels), select(formats), select(layouts), select(normals), 1..4_u32)
-        .prop_map(|(side, interpolation, texels, texel, layout, normals, iterations)| Settings {
-            goal: Denoiser::Laplacian(Laplacian { iterations, step: 1.0, ..Laplacian::default() }).into(),
+        .prop_map(|(side, interpolation, texels, texel, layout, normals, iterations)| BakeSettings {
+            target: Denoiser::Laplacian(Laplacian { iterations, step: 1.0, ..Laplacian::default() }).into(),
             lambda: Lambda(0.7),
             side: Some(side),
             interpolation,
@@ -69,7 +69,7 @@ fn settings() -> impl Strategy<Value = Settings> {
             texel,
             layout,
             normals: Some(normals),
-            ..Settings::default()
+            ..BakeSettings::default()
         })
 }
 
@@ -134,6 +134,6 @@ f 1/1 2/2 5/5\nf 2/2 3/3 5/5\nf 5/6 2/7 3/8\nf 5/8 5/7 1/6\nf 3/3 4/4 5/5\nf 4/4
 ";
     let model = model(text, Welding::Exact);
     assert_eq!((model.defects().duplicate_faces, model.defects().degenerate_faces), (1, 1));
-    let settings = Settings { side: Some(16), ..Settings::default() };
+    let settings = BakeSettings { side: Some(16), ..BakeSettings::default() };
     keeps_its_promises(&model, &settings, &bake(&model, &settings));
 }

@@ -3,7 +3,7 @@
 use super::{cases, finite};
 use crate::support::{bake, model};
 use glam::DVec3;
-use planish_geometry::bake::Settings;
+use planish_geometry::bake::BakeSettings;
 use planish_geometry::denoise::{Boundary, Denoiser, EdgeWeights, Laplacian};
 use planish_geometry::map::Interpolation;
 use planish_geometry::map::displacement::TexelFormat;
@@ -17,7 +17,7 @@ use proptest::sample::select;
 /// One that was baked.
 fn baked() -> Manifest {
     let square = "v 0 0 0\nv 1 0 0\nv 1 1 1\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n";
-    bake(&model(square, Welding::Exact), &Settings { side: Some(4), ..Settings::default() }).manifest
+    bake(&model(square, Welding::Exact), &BakeSettings { side: Some(4), ..BakeSettings::default() }).manifest
 }
 
 fn welding() -> impl Strategy<Value = Welding> {

@@ -4,7 +4,7 @@ use super::cases;
 use super::spelling::{Mesh, Spelled, position, spelled};
 use crate::support::{bake, model};
 use glam::{DVec2, DVec3, Vec3};
-use planish_geometry::bake::{self, Belongings, Names, Settings};
+use planish_geometry::bake::{self, BakeSettings, BundleNames, SideFiles};
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Silent;
 use planish_geometry::source::model::{Model, NormalSource};
@@ -192,10 +192,10 @@ proptest! {
         let mut bytes = SQUARES.as_bytes().to_vec();
         accidents.iter().for_each(|accident| damage(&mut bytes, accident));
         if let Ok(obj) = Obj::parse(bytes) {
-            let names = Names { source: String::new(), stem: String::new(), carrier: String::new() };
-            let settings = Settings { side: Some(8), ..Settings::default() };
+            let names = BundleNames { source: String::new(), stem: String::new(), carrier: String::new() };
+            let settings = BakeSettings { side: Some(8), ..BakeSettings::default() };
             // Refusing is fine; panicking is not.
-            let _ = bake::bake(&Model::new(obj, Welding::Exact), &names, Belongings::NONE, &settings, &Silent);
+            let _ = bake::bake(&Model::new(obj, Welding::Exact), &names, SideFiles::NONE, &settings, &Silent);
         }
     }
 }
@@ -205,5 +205,5 @@ fn the_undamaged_squares_are_baked() {
     let model = model(SQUARES, Welding::Exact);
     let charts = model.atlas().unwrap().charts(model.surface());
     assert_eq!((charts.charts, charts.seam_edges), (4, 4));
-    bake(&model, &Settings { side: Some(8), ..Settings::default() });
+    bake(&model, &BakeSettings { side: Some(8), ..BakeSettings::default() });
 }

@@ -2,7 +2,7 @@
 //! cracks show: an OBJ without shared vertices, and for each of them how far off it is, in hundredths of the range.
 
 use glam::{DVec3, Vec3};
-use planish_geometry::bake::Goal;
+use planish_geometry::bake::BakeTarget;
 use planish_geometry::map::displace::{self, SamplingRule, ShaderVertex};
 use planish_geometry::map::displacement::{Displacement, SampleAt};
 use planish_geometry::map::manifest::{Manifest, Method};
@@ -58,7 +58,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// p − h·n of each vertex.
 fn expected(model: &Model, manifest: &Manifest) -> Result<Vec<DVec3>, Box<dyn Error>> {
     let Method::Denoiser(denoising) = &manifest.method else { return Err("baked with --target".into()) };
-    let goal = Goal::Denoiser(denoising.clone());
-    let ways = goal.ways(model, manifest.displacement.map, Some(manifest.normals), &Silent)?;
-    Ok(model.surface().moved_by(&ways.deltas))
+    let target = BakeTarget::Method(denoising.clone());
+    let displacements = target.displacements(model, manifest.displacement.map, Some(manifest.normals), &Silent)?;
+    Ok(model.surface().moved_by(&displacements.deltas))
 }

@@ -7,7 +7,7 @@ use crate::failure::Failure;
 use crate::output::Folder;
 use planish_files::bake_files::{self, Job};
 use planish_files::words;
-use planish_geometry::bake::{self, Carriers, Lambda, LargestSide, LayoutChoice, Quanta, Settings};
+use planish_geometry::bake::{self, BakeSettings, Carriers, Lambda, LargestSide, LayoutChoice, Quanta};
 use planish_geometry::map::displacement::{FileFormat, MapKind, TexelFormat};
 use planish_geometry::map::manifest::UvSource;
 use planish_geometry::progress::Progress as _;
@@ -44,12 +44,12 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
     let folder = Folder::open(&folder)?;
     let read: Vec<PathBuf> = args.method.masks().chain(&args.target).cloned().collect();
     let job = Job { input, model: &model, folder: folder.path(), spared: &read };
-    let goal = match &args.target {
+    let target = match &args.target {
         Some(path) => job.target(path)?,
         None => job.method(args.method.denoising(model.data())?)?,
     };
-    let settings = Settings {
-        goal,
+    let settings = BakeSettings {
+        target,
         welding: args.welding.weld,
         normals: args.normals.0,
         lambda: Lambda(args.lambda),

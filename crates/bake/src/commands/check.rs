@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use crate::input;
 use planish_files::map_files::MapFiles;
 use planish_files::{method, words};
-use planish_geometry::bake::{self, Goal, WrittenFiles};
+use planish_geometry::bake::{self, BakeTarget, WrittenFiles};
 use planish_geometry::denoise::Denoising;
 use planish_geometry::map::manifest::{self, Method, Report};
 use planish_geometry::progress::Progress as _;
@@ -38,10 +38,10 @@ pub(crate) fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
     let carrier = unchanged(&files.carrier(), &manifest.carrier.sha256, path)?;
     let model = Model::new(source, manifest.welding);
     console.check()?;
-    let goal = match &manifest.method {
+    let target = match &manifest.method {
         Method::Denoiser(Denoising { denoiser, limits }) => {
             let denoiser = method::prepare(denoiser.clone(), path)?;
-            Goal::Denoiser(Denoising { denoiser, limits: limits.clone() })
+            BakeTarget::Method(Denoising { denoiser, limits: limits.clone() })
         }
         Method::Target(target) => {
             let target_path = files.beside(&target.file);
@@ -49,7 +49,7 @@ pub(crate) fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
             if denoised.data().positions().len() != model.data().positions().len() {
                 return Err(Failure::at(&target_path, "has another number of `v` lines than the mesh"));
             }
-            Goal::to(&model, denoised.data(), target.clone())
+            BakeTarget::from_mesh(&model, denoised.data(), target.clone())
         }
         Method::Other(_) => {
             let name = manifest.method.name();
@@ -59,7 +59,7 @@ pub(crate) fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
     let image = files.image();
     let bytes = input::read(&image)?;
     let written = WrittenFiles { displacement: &bytes, carrier: carrier.data() };
-    let report = bake::check(&model, manifest, &goal, written, console).map_err(|e| match e {
+    let report = bake::check(&model, manifest, &target, written, console).map_err(|e| match e {
         bake::BakeError::Cancelled(_) => Failure::Interrupted,
         bake::BakeError::Decode(e) => Failure::at(&image, e),
         e => Failure::at(&mesh, e),

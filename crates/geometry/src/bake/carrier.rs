@@ -1,4 +1,4 @@
-//! The mesh that carries the map.
+//! The carrier: the mesh that a client loads together with the map.
 
 use super::Request;
 use super::draft::Draft;
@@ -15,15 +15,15 @@ use crate::source::obj::{Obj, ObjError};
 use glam::{DVec3, Vec2, Vec3};
 use serde_json::{Map as Object, Value, json};
 
-/// The carrier as it reads back.
+/// Carrier OBJ, parsed back from the bytes that will be written.
 pub(super) struct CarrierFile {
     pub(super) obj: Obj,
     pub(super) sha256: String,
 }
 
 impl CarrierFile {
-    /// Writes and reads the carrier: normals of the vertices (#V×3), and texture coordinates of the source vertices
-    /// (#v×2) where the mesh has none of its own.
+    /// Prints the carrier and parses it back. Its normals are those of the vertices (#V×3); `uvs` are texture coordinates
+    /// of the source vertices (#v×2) for a mesh that has none.
     pub(super) fn make(
         model: &Model,
         normals: &[Vec3],
@@ -37,16 +37,16 @@ impl CarrierFile {
     }
 }
 
-/// Where the source vertices sample a map with a texel for each. #v×2, v up
-pub(super) fn places(model: &Model) -> Vec<Vec2> {
+/// Texture coordinates at which the source vertices sample a map with one texel for each. #v×2, v up
+pub(super) fn texel_uvs(model: &Model) -> Vec<Vec2> {
     let count = model.data().positions().len();
     let size = per_vertex::size(count);
     (0..count as Index).map(|v| per_vertex::uv(v, size)).collect()
 }
 
-/// The carrier as binary glTF, with normals (#V×3) along which the map displaces.
+/// Makes the carrier as binary glTF, with the unit normals (#V×3) that the map displaces along.
 pub(super) fn glb(request: &Request, normals: &[Vec3], draft: &Draft) -> Result<Vec<u8>, GltfError> {
-    let Request { model, names, beside, .. } = *request;
+    let Request { model, names, side_files, .. } = *request;
     let Draft { manifest, maps, carrier, .. } = draft;
     let entry = &manifest.displacement;
     let dominant = manifest.dominant_pairs();
@@ -56,11 +56,11 @@ pub(super) fn glb(request: &Request, normals: &[Vec3], draft: &Draft) -> Result<
         SampleAt::Uv(uv) => uv,
         SampleAt::Texel(line) => per_vertex::uv(line, entry.size()),
     };
-    let places: Vec<Option<Vec2>> = vertices.iter().map(|v| v.sample_at.map(uv)).collect();
-    let denoised = &maps.offsets.places;
+    let sample_at: Vec<Option<Vec2>> = vertices.iter().map(|v| v.sample_at.map(uv)).collect();
+    let denoised = &maps.offsets.positions;
     let denoised_normals = normals::vertex_normals(&model.surface().at(denoised.clone()), FaceWeight::Angle);
-    // A library that cannot be understood is copied into the carrier's own all the same; here its materials are grey.
-    let materials: Vec<_> = beside.libraries.iter().flat_map(|l| materials::read(l).unwrap_or_default()).collect();
+    // A library that cannot be parsed is still copied into the MTL of the carrier; in the glTF its materials are grey.
+    let materials: Vec<_> = side_files.libraries.iter().flat_map(|l| materials::read(l).unwrap_or_default()).collect();
     let normal_map = manifest.normal_map.as_ref().map_or(Value::Null, |map| json!(map));
     let map = gltf::Map {
         bytes: &maps.displacement,
@@ -74,7 +74,7 @@ pub(super) fn glb(request: &Request, normals: &[Vec3], draft: &Draft) -> Result<
         name: &names.stem,
         model,
         normals,
-        places: &places,
+        sample_at: &sample_at,
         denoised,
         denoised_normals: &denoised_normals,
         origin: entry.origin,
@@ -83,11 +83,12 @@ pub(super) fn glb(request: &Request, normals: &[Vec3], draft: &Draft) -> Result<
         map,
         normal_map,
     };
-    gltf::glb(&carrier, beside.texture)
+    gltf::glb(&carrier, side_files.texture)
 }
 
-/// Normals of the source vertices. Where there is none the height is zero, and any direction does; a client would make
-/// NaN of a zero vector.
+/// Unit normals of the source vertices. #v×3
+///
+/// A vertex without a normal has height zero, so any direction serves; a client would normalise a zero vector to NaN.
 fn source_normals(model: &Model, normals: &[Vec3]) -> Vec<Vec3> {
     let mut normals = model.weld().spread(normals);
     for n in normals.iter_mut().filter(|n| **n == Vec3::ZERO) {

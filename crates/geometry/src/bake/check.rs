@@ -1,8 +1,8 @@
-//! Measuring files that were written before.
+//! Measures the files of an earlier bake again.
 
 use super::maps::{self, Frames, Offsets};
-use super::report::{self, Evidence};
-use super::{BakeError, Goal};
+use super::report::{self, Verification};
+use super::{BakeError, BakeTarget};
 use crate::map::Coverage;
 use crate::map::displacement::MapKind;
 use crate::map::layout_issues::LayoutIssues;
@@ -16,21 +16,24 @@ use crate::source::MeshData;
 use crate::source::model::Model;
 use glam::Vec2;
 
-/// Files of a bundle as they were read again.
+/// Files of a bundle, as read from disk.
 #[derive(Clone, Copy, Debug)]
 pub struct WrittenFiles<'a> {
-    /// Bytes of the displacement map.
+    /// Bytes of the displacement map's image file.
     pub displacement: &'a [u8],
-    /// The carrier.
+    /// Mesh in the carrier OBJ.
     pub carrier: &'a MeshData,
 }
 
-/// Measures written files once more: the report that their manifest should have. `goal` is what the method of the
-/// manifest says.
+/// Measures the files of an earlier bake and returns the report that their manifest should have. `target` is the target
+/// of that bake, made from the method in the manifest.
+///
+/// # Errors
+/// If the map cannot be decoded, if the carrier belongs to another mesh, or if the caller cancels; see [`BakeError`].
 pub fn check(
     model: &Model,
     manifest: &Manifest,
-    goal: &Goal,
+    target: &BakeTarget,
     files: WrittenFiles,
     progress: &dyn Progress,
 ) -> Result<Report, BakeError> {
@@ -43,24 +46,24 @@ pub fn check(
         Err(AtlasError::NoUvs) if entry.layout == Layout::Vertex => None,
         atlas => Some(atlas?),
     };
-    let ways = goal.ways(model, entry.map, Some(manifest.normals), progress)?;
+    let displacements = target.displacements(model, entry.map, Some(manifest.normals), progress)?;
     let mut frames = Vec::new();
     if entry.map == MapKind::VectorTangent {
         let atlas = atlas.as_ref().ok_or(BakeError::NoTangents)?;
-        frames = Frames::new(model, atlas, &ways.normals).of_vertices;
+        frames = Frames::new(model, atlas, &displacements.normals).of_vertices;
     }
-    let offsets = Offsets::new(model, entry.map, &ways, &frames);
+    let offsets = Offsets::new(model, entry.map, &displacements, &frames);
     let findings = match (&atlas, entry.layout) {
         (Some(atlas), Layout::Uv) => {
             let coverage = Coverage::new(model.surface(), atlas, entry.size(), progress)?;
             LayoutIssues::of(model.surface(), atlas, &Spacing::new(atlas), &coverage)
         }
-        _ => LayoutIssues { coverage: maps::share(model, entry.size()), ..LayoutIssues::default() },
+        _ => LayoutIssues { coverage: maps::texel_usage(model, entry.size()), ..LayoutIssues::default() },
     };
     progress.stage("verifying");
-    let evidence = Evidence {
+    let verification = Verification {
         model,
-        ways: &ways,
+        displacements: &displacements,
         frames: &frames,
         offsets: &offsets,
         findings,
@@ -68,10 +71,10 @@ pub fn check(
         displacement: files.displacement,
         carrier: files.carrier,
     };
-    Ok(report::measure(&evidence, manifest)?)
+    Ok(report::measure(&verification, manifest)?)
 }
 
-/// A mesh with the texture coordinates of its carrier.
+/// The model with the texture coordinates of its carrier, whose faces must be the same.
 fn with_uvs_of(model: &Model, carrier: &MeshData, welding: Welding) -> Result<Model, BakeError> {
     let (own, of_carrier) = (model.data().faces(), carrier.faces());
     let same = own.len() == of_carrier.len() && own.iter().zip(of_carrier.iter()).all(|(f, g)| f.len() == g.len());

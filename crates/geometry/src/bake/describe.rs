@@ -1,7 +1,7 @@
-//! What manifest and materials say of a bake.
+//! Manifest of a bake, and statements about the maps in the carrier's materials.
 
 use super::maps::Maps;
-use super::{Request, Ways};
+use super::{Request, VertexDisplacements};
 use crate::map::displace;
 use crate::map::manifest::{
     self, Carrier, Clients, DominantUv, Layout, Manifest, MapEntry, NormalMapEntry, Report, SourceEntry, UvSource,
@@ -11,8 +11,13 @@ use crate::mesh::jagged::Index;
 use crate::source::materials::{self, MapStatements};
 use crate::source::model::Model;
 
-/// The manifest as far as it is known before the files are.
-pub(super) fn manifest_of(request: &Request, ways: &Ways, atlas: Option<&Atlas>, maps: &Maps) -> Manifest {
+/// Manifest without checksums, carrier and report, which are known only when the files are made.
+pub(super) fn manifest_of(
+    request: &Request,
+    displacements: &VertexDisplacements,
+    atlas: Option<&Atlas>,
+    maps: &Maps,
+) -> Manifest {
     let Request { model, names, settings, .. } = *request;
     let size = maps.size;
     let is_uv = maps.plan.is_uv();
@@ -30,10 +35,10 @@ pub(super) fn manifest_of(request: &Request, ways: &Ways, atlas: Option<&Atlas>,
             vertices: model.data().positions().len(),
             faces: model.data().faces().len(),
         },
-        method: settings.goal.method(settings.map),
-        choice: ways.choice.clone(),
+        method: settings.target.method(settings.map),
+        choice: displacements.choice.clone(),
         welding: settings.welding,
-        normals: ways.source,
+        normals: displacements.source,
         displacement: MapEntry {
             file: format!("{}.displacement.{}", names.stem, settings.texel.file().extension()),
             map: settings.map,
@@ -53,15 +58,17 @@ pub(super) fn manifest_of(request: &Request, ways: &Ways, atlas: Option<&Atlas>,
         normal_map,
         carrier: Carrier::default(),
         report: Report { tolerance_quanta: settings.tolerance.0, ..Report::default() },
-        clients: Clients::new(settings.map, ways.source, maps.encoding, settings.lambda.0),
+        clients: Clients::new(settings.map, displacements.source, maps.encoding, settings.lambda.0),
     }
 }
 
-/// What the carrier's materials say. A client would take a map in the wrong place for one in the right place, so it is
-/// named only where it belongs to the texture coordinates in the file.
+/// Statements that reference the maps in the carrier's materials.
+///
+/// A client samples every map that a material names at the texture coordinates of the mesh, so the displacement map is
+/// named only if it was baked for those.
 pub(super) fn statements(manifest: &Manifest, has_own_uvs: bool) -> MapStatements<'_> {
-    let in_place = manifest.displacement.layout == Layout::Uv || !has_own_uvs;
-    let displacement = manifest.clients.mtl.filter(|_| in_place).map(|mtl| materials::DisplacementStatement {
+    let fits_uvs = manifest.displacement.layout == Layout::Uv || !has_own_uvs;
+    let displacement = manifest.clients.mtl.filter(|_| fits_uvs).map(|mtl| materials::DisplacementStatement {
         file: &manifest.displacement.file,
         base: mtl.base,
         gain: mtl.gain,
@@ -69,15 +76,17 @@ pub(super) fn statements(manifest: &Manifest, has_own_uvs: bool) -> MapStatement
     MapStatements { displacement, normal: manifest.normal_map.as_ref().map(|map| map.file.as_str()) }
 }
 
-/// Lists the source vertices of vertices with several wedges, and those for which some corner names other texture
-/// coordinates than the dominant ones: a face that the surface leaves out, a second layer say, is drawn all the same.
+/// Lists the dominant texture coordinates of source vertices at seams.
+///
+/// A source vertex is listed if its vertex has several wedges or if any corner names other texture coordinates than the
+/// dominant ones. The corner may belong to a face that the surface leaves out, because clients draw those faces too.
 fn dominant_uv(model: &Model, atlas: &Atlas) -> DominantUv {
     let (data, vertex_of) = (model.data(), model.weld().vertex_of());
-    let place = |uv: Index| data.uvs()[uv as usize];
+    let coordinates = |uv: Index| data.uvs()[uv as usize];
     let mut listed: Vec<bool> = vertex_of.iter().map(|&v| atlas.wedges().get(v).len() > 1).collect();
     for corner in data.faces().items() {
         let v = corner.position as usize;
-        listed[v] |= corner.uv().map(place) != atlas.dominant(vertex_of[v]).map(place);
+        listed[v] |= corner.uv().map(coordinates) != atlas.dominant(vertex_of[v]).map(coordinates);
     }
     let pair = |(v, &vertex): (Index, &Index)| {
         let uv = atlas.dominant(vertex).filter(|_| listed[v as usize])?;

@@ -1,10 +1,10 @@
-//! Files of a bake before they are handed out: made, measured, and perhaps replaced by others.
+//! Draft of a bundle: maps, carrier and manifest, which are measured before they are handed out and may be discarded.
 
 use super::carrier::{self, CarrierFile};
 use super::describe::{manifest_of, statements};
 use super::maps::Maps;
-use super::report::{self, Evidence};
-use super::{BakeError, Bundle, Carriers, Fallback, File, LayoutChoice, Request, Ways};
+use super::report::{self, Verification};
+use super::{BakeError, Bundle, BundleFile, Carriers, Fallback, LayoutChoice, Request, VertexDisplacements};
 use crate::map::Texels;
 use crate::map::displace::DisplacementDirections;
 use crate::map::manifest::{self, Carrier, Layout, Manifest, UvSource};
@@ -13,6 +13,7 @@ use crate::mesh::atlas::Atlas;
 use crate::source::materials;
 use crate::source::model::Model;
 
+/// Maps, carrier and manifest of a bake whose report decides whether they are kept.
 pub(super) struct Draft {
     atlas: Option<Atlas>,
     pub(super) carrier: CarrierFile,
@@ -21,9 +22,13 @@ pub(super) struct Draft {
 }
 
 impl Draft {
-    /// Makes maps, carrier and manifest; the report is still missing. `original` is the model before it was unwrapped,
-    /// if it was.
-    pub(super) fn new(request: &Request, ways: &Ways, original: Option<&Model>) -> Result<Self, BakeError> {
+    /// Makes maps, carrier and a manifest without a report. `original` is the model before unwrapping, if it was
+    /// unwrapped.
+    pub(super) fn new(
+        request: &Request,
+        displacements: &VertexDisplacements,
+        original: Option<&Model>,
+    ) -> Result<Self, BakeError> {
         let Request { model, names, settings, progress, .. } = *request;
         progress.stage("layout");
         let atlas = request.atlas()?;
@@ -31,15 +36,15 @@ impl Draft {
         // Writing and reading a text file keeps one thread as busy as the maps keep the others.
         let ((source_sha256, carrier), maps) = rayon::join(
             || {
-                let places = atlas.is_none().then(|| carrier::places(model));
-                let carrier = CarrierFile::make(model, &ways.normals, places.as_deref(), &library_file);
+                let uvs = atlas.is_none().then(|| carrier::texel_uvs(model));
+                let carrier = CarrierFile::make(model, &displacements.normals, uvs.as_deref(), &library_file);
                 (manifest::sha256(&original.unwrap_or(model).source().bytes()), carrier)
             },
-            || Maps::bake(request, atlas.as_ref(), ways),
+            || Maps::bake(request, atlas.as_ref(), displacements),
         );
         let (carrier, maps) = (carrier?, maps?);
         progress.check()?;
-        let mut manifest = manifest_of(request, ways, atlas.as_ref(), &maps);
+        let mut manifest = manifest_of(request, displacements, atlas.as_ref(), &maps);
         manifest.source.sha256 = source_sha256;
         if manifest.displacement.layout == Layout::Uv {
             manifest.displacement.uvs = if original.is_some() { UvSource::Unwrapped } else { UvSource::Mesh };
@@ -50,12 +55,12 @@ impl Draft {
         Ok(Self { atlas, carrier, maps, manifest })
     }
 
-    /// Measures what the files do, and puts it into the manifest.
-    pub(super) fn measure(&mut self, request: &Request, ways: &Ways) -> Result<(), BakeError> {
+    /// Measures the errors of the files and puts the report into the manifest.
+    pub(super) fn measure(&mut self, request: &Request, displacements: &VertexDisplacements) -> Result<(), BakeError> {
         request.progress.stage("verifying");
-        let evidence = Evidence {
+        let verification = Verification {
             model: request.model,
-            ways,
+            displacements,
             frames: &self.maps.frames,
             offsets: &self.maps.offsets,
             findings: self.maps.findings.clone(),
@@ -63,39 +68,43 @@ impl Draft {
             displacement: &self.maps.displacement,
             carrier: self.carrier.obj.data(),
         };
-        self.manifest.report = report::measure(&evidence, &self.manifest)?;
+        self.manifest.report = report::measure(&verification, &self.manifest)?;
         Ok(())
     }
 
-    /// The reason to give each vertex a texel of its own after all, if there is one: what was written is what counts,
-    /// whatever the plan promised.
+    /// Reason to give each vertex a texel of its own after all, if vertices miss their height. The errors measured on the
+    /// written bytes decide, not the prediction of the plan.
     pub(super) fn fallback(&self, request: &Request) -> Option<Fallback> {
         let settings = request.settings;
-        let left = self.manifest.report.unresolved_vertices;
+        let unresolved = self.manifest.report.unresolved_vertices;
         let must_be_exact = settings.layout == LayoutChoice::Auto && settings.texels == Texels::Fitted;
-        if !must_be_exact || left == 0 || !self.maps.plan.is_uv() {
+        if !must_be_exact || unresolved == 0 || !self.maps.plan.is_uv() {
             return None;
         }
         let (side, vertices) = (self.maps.size.width, request.model.surface().positions().len());
-        let choice = MapSizeChoice { side, vertices, left, reason: MapSizeReason::AlmostExact, largest: side };
+        let choice = MapSizeChoice { side, vertices, left: unresolved, reason: MapSizeReason::AlmostExact, largest: side };
         let problems = self.maps.findings.problems().into_iter().chain(self.maps.findings.crowding()).collect();
         Some(Fallback::Layout { choice, problems })
     }
 
-    /// Makes what the manifest names and is still missing, and hands out all files.
-    pub(super) fn into_bundle(self, request: &Request, ways: &Ways) -> Result<Bundle, BakeError> {
-        let Request { model, names, beside, progress, .. } = *request;
+    /// Makes the remaining files that the manifest names and returns all of them.
+    pub(super) fn into_bundle(
+        self,
+        request: &Request,
+        displacements: &VertexDisplacements,
+    ) -> Result<Bundle, BakeError> {
+        let Request { model, names, side_files, progress, .. } = *request;
         let has_uvs = self.atlas.is_some();
         let statements = statements(&self.manifest, has_uvs);
-        let library = materials::carrier_library(model.data(), beside.libraries, &statements, beside.relocate);
+        let library = materials::carrier_library(model.data(), side_files.libraries, &statements, side_files.relocate);
         let glb = self.manifest.carrier.glb.as_ref().map(|_| {
             progress.stage("glTF");
-            carrier::glb(request, &ways.normals, &self)
+            carrier::glb(request, &displacements.normals, &self)
         });
         let glb = glb.transpose()?;
         progress.check()?;
         let Self { carrier, maps, manifest, .. } = self;
-        let file = |name: &str, bytes| File { name: name.to_owned(), bytes };
+        let file = |name: &str, bytes| BundleFile { name: name.to_owned(), bytes };
         let mut files = vec![file(&manifest.displacement.file, maps.displacement)];
         if let (Some(entry), Some((image, _))) = (&manifest.normal_map, maps.normal_map) {
             files.push(file(&entry.file, image));
@@ -105,7 +114,7 @@ impl Draft {
         files.extend(manifest.carrier.glb.as_ref().zip(glb).map(|(name, bytes)| file(name, bytes)));
         files.push(file(&format!("{}.planish.json", names.stem), manifest.to_json().into_bytes()));
         let (choice, fallback) = maps.plan.into_reasons();
-        let along = DisplacementDirections { normals: ways.normals.clone(), frames: maps.frames };
+        let along = DisplacementDirections { normals: displacements.normals.clone(), frames: maps.frames };
         Ok(Bundle { files, manifest, choice, fallback, along })
     }
 }

@@ -1,4 +1,4 @@
-//! Why a bake fails.
+//! Errors of a bake.
 
 #[cfg(doc)]
 use super::LayoutChoice;
@@ -14,53 +14,54 @@ use crate::source::model::NoFileNormals;
 use crate::source::model::NormalSource;
 use crate::source::obj::ObjError;
 
-/// Why there is no bundle.
+/// Reasons why a bake fails.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum BakeError {
-    /// No layout.
+    /// The texture coordinates are missing or unusable.
     #[error(transparent)]
     Atlas(#[from] AtlasError),
-    /// [`MapKind::VectorTangent`] without texture coordinates.
+    /// [`MapKind::VectorTangent`] needs texture coordinates, and the mesh has none.
     #[error("tangent space needs texture coordinates, and the mesh has none")]
     NoTangents,
-    /// [`NormalSource::File`] without normals in the file.
+    /// [`NormalSource::File`] needs normals in the file, and there are none.
     #[error(transparent)]
     Normals(#[from] NoFileNormals),
-    /// Limits that do not fit the mesh.
+    /// The limits do not fit the mesh.
     #[error(transparent)]
     Limits(#[from] LimitsError),
-    /// An image could not be made.
+    /// An image file could not be encoded.
     #[error(transparent)]
     Encode(#[from] EncodeError),
-    /// What was written did not read back: the fault is here.
-    #[error("the map does not read back: {0}")]
+    /// The encoded map could not be decoded again, which is a fault of this library.
+    #[error("the map cannot be read back: {0}")]
     Decode(#[from] DecodeError),
-    /// The same for the carrier.
-    #[error("the carrier does not read back: {0}")]
+    /// The printed carrier could not be parsed again, which is a fault of this library.
+    #[error("the carrier cannot be read back: {0}")]
     Carrier(#[from] ObjError),
     /// The mesh does not fit into glTF.
     #[error(transparent)]
     Gltf(#[from] GltfError),
-    /// The heights left what single precision can hold.
-    #[error("denoising gave heights that are not finite numbers in single precision")]
+    /// A displacement is too large for single precision, or not a number.
+    #[error("denoising gave heights that are too large for single precision or not finite")]
     NotFinite,
-    /// [`LayoutChoice::Unwrap`] without the feature for it.
+    /// [`LayoutChoice::Unwrap`] needs the feature `unwrap`.
     #[error("planish was built without the feature `unwrap`")]
     CannotUnwrap,
-    /// No atlas could be made.
+    /// The mesh could not be unwrapped.
     #[cfg(feature = "unwrap")]
     #[error("cannot be unwrapped: {0}")]
     Unwrap(crate::bake::unwrap::UnwrapError),
-    /// The charts of an atlas are too many for a map, with the gutters between them.
+    /// The charts of the new atlas, with the gutters between them, do not fit into the largest map.
     #[error("the charts of the new atlas do not fit into {side} × {side} texels")]
-    NoRoom {
-        /// Side of the largest map that was tried.
+    ChartsDoNotFit {
+        /// Side of the largest map that was tried, texels.
         side: u32,
     },
-    /// A carrier whose faces are not those of the mesh.
+    /// The faces of the carrier are not those of the mesh, or have no texture coordinates.
     #[error("the carrier has no texture coordinates for the faces of the mesh")]
     OtherFaces,
-    /// As asked.
+    /// The caller asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
 }

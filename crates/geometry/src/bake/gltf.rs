@@ -1,8 +1,8 @@
-//! The carrier as binary glTF 2.0: what the carrier OBJ holds, and the denoised surface as a morph target, so that
-//! every viewer has λ as a slider.
+//! Carrier as binary glTF 2.0: the mesh of the carrier OBJ, and the denoised surface as a morph target, so that every
+//! viewer shows λ as a slider.
 //!
-//! No extension that displaces is ratified, so the map travels in the file as `extras.planish` of each material says;
-//! a client that reads it displaces at `TEXCOORD_1`, the others morph. <https://registry.khronos.org/glTF/specs/2.0>
+//! No ratified extension displaces vertices, so the file holds the map as data, and `extras.planish` of each material
+//! describes it. A client that reads these extras displaces at `TEXCOORD_1`; other clients morph. <https://registry.khronos.org/glTF/specs/2.0>
 
 mod glb;
 mod materials;
@@ -19,94 +19,98 @@ use wedges::Wedges;
 
 pub use glb::TooLarge;
 
-/// Name of the morph target.
+/// Name of the morph target in the file.
 pub const TARGET: &str = "denoised";
 
-/// A mesh with its map.
+/// A baked mesh with its displacement map, to be written as glTF.
 #[derive(Clone, Debug)]
 pub struct Carrier<'a> {
-    /// Of the mesh.
+    /// Name of the mesh and its node.
     pub name: &'a str,
-    /// The mesh that was baked.
+    /// Model that was baked.
     pub model: &'a Model,
-    /// Unit normals along which the map displaces; zero where there is none. #V×3
+    /// Unit normals that the map displaces along; zero where there is none. #V×3
     pub normals: &'a [Vec3],
-    /// Where each source vertex samples the map, v up; none where it does not. #v×2
-    pub places: &'a [Option<Vec2>],
-    /// Positions at λ = 1, model units. #V×3
+    /// Texture coordinates at which each source vertex samples the map, v up; `None` if it is not displaced. #v×2
+    pub sample_at: &'a [Option<Vec2>],
+    /// Positions at λ = 1. #V×3, model units
     pub denoised: &'a [DVec3],
-    /// Unit normals there; zero where there is none. #V×3
+    /// Unit normals of the denoised surface; zero where there is none. #V×3
     pub denoised_normals: &'a [DVec3],
-    /// Subtracted from positions before they become single precision; the node moves them back. Model units
+    /// Point that is subtracted from positions before they become single precision, and added again by the node. Model units
     pub origin: DVec3,
-    /// Strength at first; finite.
+    /// Initial weight of the morph target; finite.
     pub lambda: f64,
-    /// Those of all libraries, in the order in which the file names them.
+    /// Materials of all libraries, in the order in which the mesh names them.
     pub materials: &'a [Material],
-    /// The map.
+    /// Displacement map.
     pub map: Map<'a>,
-    /// What a client should know about the normal map: `extras.planish.normalMap` of each material.
+    /// Description of the normal map for clients, as `extras.planish.normalMap` of each material.
     pub normal_map: Value,
 }
 
-/// A displacement map.
+/// A displacement map as an image file, with its description.
 #[derive(Clone, Debug)]
 pub struct Map<'a> {
-    /// The image file: a texture if it is a PNG, a view of the buffer if not.
+    /// Image file: PNG becomes a texture, other formats a view of the buffer.
     pub bytes: &'a [u8],
-    /// How it is sampled.
+    /// Filter between texel centres.
     pub filter: Filter,
-    /// What a client should know about it, its `file` among other things: `extras.planish.displacement` of each
-    /// material, which gets `texture` or `bufferView`, `mimeType` and `texCoord` besides.
+    /// Description of the map for clients, its name `file` included. It becomes `extras.planish.displacement` of each
+    /// material, together with `texture` or `bufferView`, `mimeType` and `texCoord`.
     pub entry: Object<String, Value>,
 }
 
-/// What is done between texel centres.
+/// Texture filter between texel centres.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filter {
-    /// The nearest texel: those of other vertices lie next to it.
+    /// Nearest texel, for layouts whose neighbouring texels belong to unrelated vertices.
     Nearest,
-    /// Bilinear.
+    /// Bilinear interpolation.
     Linear,
 }
 
-/// Gives the bytes of a texture by its name in the material library.
+/// Function that gives the bytes of a texture by its name in the material library; `None` if there is no such file.
 pub type Textures<'a> = &'a dyn Fn(&str) -> Option<Vec<u8>>;
 
-/// Why there is no file.
+/// Reasons why a glTF file cannot be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum GltfError {
-    /// glTF allows neither infinity nor NaN.
-    #[error("a position or normal is not a finite number in single precision, and glTF has no other")]
+    /// A position or normal is not finite in single precision, and glTF allows neither infinity nor NaN.
+    #[error("a position or normal is too large for single precision or not finite, and glTF cannot hold it")]
     NotFinite,
-    /// As it says.
+    /// The file would be longer than 4 GiB.
     #[error(transparent)]
     TooLarge(#[from] TooLarge),
 }
 
 /// Writes the surface of a carrier as a `.glb` file: one mesh with a primitive for each material that has faces.
-/// `textures` that are PNG or JPEG files are embedded, others left out.
+/// Textures that are PNG or JPEG files are embedded, others are left out.
 ///
 /// Vertices are the distinct pairs of source vertex and texture coordinates at corners of the triangles, in the order of
 /// the source; positions are the welded ones. Texture coordinates have v down. `TEXCOORD_0` is (0, 0) where a corner names
-/// none or some that are not finite, and the same as `TEXCOORD_1` where the mesh has none, because sets must be numbered from 0. Where
-/// there is no normal it is +Z.
+/// no texture coordinates or some that are not finite. If the mesh has none at all, `TEXCOORD_0` equals `TEXCOORD_1`, because
+/// glTF numbers sets from 0. A vertex without a normal gets +Z.
 ///
 /// At weight 1 the target gives the denoised positions but for one rounding of single precision: differences are
 /// taken from the rounded positions. A surface without faces becomes a scene with an empty node.
 ///
+/// # Errors
+/// If a number is not finite in single precision, or if the file would be longer than 4 GiB.
+///
 /// # Panics
-/// If a list has not the length that it should have.
+/// If a list has not the length that its field states.
 pub fn glb(carrier: &Carrier, textures: Textures) -> Result<Vec<u8>, GltfError> {
     let model = carrier.model;
     let vertices = model.surface().positions().len();
     assert_eq!(carrier.normals.len(), vertices, "one normal for each vertex");
     assert_eq!(carrier.denoised.len(), vertices, "one denoised position for each vertex");
     assert_eq!(carrier.denoised_normals.len(), vertices, "one denoised normal for each vertex");
-    assert_eq!(carrier.places.len(), model.data().positions().len(), "one place for each source vertex");
+    assert_eq!(carrier.sample_at.len(), model.data().positions().len(), "one sample for each source vertex");
     let wedges = Wedges::new(model);
     let triangles = wedges.triangles(model);
-    // Per wedge four vectors and two texture coordinates, per triangle three indices.
+    // Each wedge takes four vectors and two texture coordinates, each triangle three indices.
     let expected = wedges.len() * 64 + triangles.items().len() * 12 + carrier.map.bytes.len();
     let mut buffer = glb::Buffer::with_capacity(expected);
     let mut node = json!({ "name": carrier.name });
@@ -143,16 +147,16 @@ pub fn glb(carrier: &Carrier, textures: Textures) -> Result<Vec<u8>, GltfError> 
     Ok(buffer.finish(document)?)
 }
 
-/// The accessors of the vertices and of the morph target.
+/// Accessors of the vertex attributes and of the morph target.
 fn attributes(carrier: &Carrier, wedges: &Wedges, buffer: &mut glb::Buffer) -> Result<(Value, Value), GltfError> {
     let model = carrier.model;
     let vertex_of = model.weld().vertex_of();
     let of_vertex = |source: &Index| vertex_of[*source as usize] as usize;
-    let near = |p: DVec3| p - carrier.origin;
-    let position = |v: usize| near(model.surface().positions()[v]).as_vec3();
-    let towards = |v: usize| (near(carrier.denoised[v]) - position(v).as_dvec3()).as_vec3();
+    let from_origin = |p: DVec3| p - carrier.origin;
+    let position = |v: usize| from_origin(model.surface().positions()[v]).as_vec3();
+    let position_change = |v: usize| (from_origin(carrier.denoised[v]) - position(v).as_dvec3()).as_vec3();
     let normal = |v: usize| if carrier.normals[v] == Vec3::ZERO { Vec3::Z } else { carrier.normals[v] };
-    let turn = |v: usize| match carrier.denoised_normals[v] {
+    let normal_change = |v: usize| match carrier.denoised_normals[v] {
         DVec3::ZERO => Vec3::ZERO,
         denoised => (denoised - normal(v).as_dvec3()).as_vec3(),
     };
@@ -162,10 +166,12 @@ fn attributes(carrier: &Carrier, wedges: &Wedges, buffer: &mut glb::Buffer) -> R
         if finite { Ok(buffer.attribute(&values)) } else { Err(GltfError::NotFinite) }
     };
     let (position, normal) = (vectors(&position)?, vectors(&normal)?);
-    let target = json!({ "POSITION": vectors(&towards)?, "NORMAL": vectors(&turn)? });
+    let target = json!({ "POSITION": vectors(&position_change)?, "NORMAL": vectors(&normal_change)? });
 
-    let place = |source: &Index| carrier.places[*source as usize].map_or(Vec2::ZERO, |p| Vec2::new(p.x, 1.0 - p.y));
-    let places = buffer.attribute(&wedges.sources.par_iter().map(|source| finite(place(source))).collect::<Vec<_>>());
+    let sample_at =
+        |source: &Index| carrier.sample_at[*source as usize].map_or(Vec2::ZERO, |p| Vec2::new(p.x, 1.0 - p.y));
+    let samples =
+        buffer.attribute(&wedges.sources.par_iter().map(|source| finite(sample_at(source))).collect::<Vec<_>>());
     let uv = |vt: Index| {
         let uv = model.data().uvs()[vt as usize];
         finite(Vec2::new(uv.x as f32, (1.0 - uv.y) as f32))
@@ -173,12 +179,13 @@ fn attributes(carrier: &Carrier, wedges: &Wedges, buffer: &mut glb::Buffer) -> R
     let uvs = if wedges.have_uvs() {
         buffer.attribute(&wedges.uvs.par_iter().map(|vt| vt.map_or([0.0; 2], uv)).collect::<Vec<_>>())
     } else {
-        places
+        samples
     };
-    let attributes = json!({ "POSITION": position, "NORMAL": normal, "TEXCOORD_0": uvs, "TEXCOORD_1": places });
+    let attributes = json!({ "POSITION": position, "NORMAL": normal, "TEXCOORD_0": uvs, "TEXCOORD_1": samples });
     Ok((attributes, target))
 }
 
+/// Texture coordinates, or (0, 0) if they are not finite.
 fn finite(uv: Vec2) -> [f32; 2] {
     if uv.is_finite() { uv.to_array() } else { [0.0; 2] }
 }

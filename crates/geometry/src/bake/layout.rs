@@ -1,6 +1,6 @@
-//! Which layout the map gets.
+//! Choice of the layout of a map: texture coordinates of the mesh, or one texel for each vertex.
 
-use super::{BakeError, Settings};
+use super::{BakeError, BakeSettings};
 use crate::map::displacement;
 use crate::map::layout_issues::{self, LayoutIssues};
 use crate::map::map_size::{self, MapSizeChoice, MapSizeReason, Spacing};
@@ -11,7 +11,7 @@ use crate::named;
 use crate::progress::Progress;
 
 named! {
-    /// Where a vertex shall have its texels.
+    /// Layout of the texels that vertices sample.
     #[derive(Default)]
     pub enum LayoutChoice {
         /// The mesh's own UVs where these can hold all heights, else one texel for each vertex.
@@ -26,21 +26,21 @@ named! {
     }
 }
 
-/// Why the texture coordinates of a mesh were not used.
+/// Reasons why the texture coordinates of a mesh were not used.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Fallback {
-    /// There are none.
+    /// The mesh has no texture coordinates.
     NoUvs,
-    /// So many vertices have none.
+    /// Some vertices have no texture coordinates.
     Unmapped {
-        /// Vertices.
+        /// Number of vertices without texture coordinates.
         vertices: usize,
     },
-    /// They leave too little room.
+    /// The texture coordinates leave too little space for the heights of all vertices.
     Layout {
-        /// What was tried.
+        /// Largest size that was tried, and how many vertices it left unresolved.
         choice: MapSizeChoice,
-        /// What is wrong, in words.
+        /// Problems of the layout as sentences, the worst one first.
         problems: Vec<String>,
     },
 }
@@ -56,8 +56,8 @@ impl std::fmt::Display for Fallback {
                 write!(f, "in the texture coordinates of the mesh ")?;
                 match choice.reason {
                     MapSizeReason::Crowded => {
-                        let share = 100.0 * choice.left as f64 / choice.vertices.max(1) as f64;
-                        write!(f, "{share:.1} % of the vertices share texels even at {}", choice.side)?;
+                        let percentage = 100.0 * choice.left as f64 / choice.vertices.max(1) as f64;
+                        write!(f, "{percentage:.1} % of the vertices share texels even at {}", choice.side)?;
                     }
                     _ => write!(
                         f,
@@ -68,13 +68,13 @@ impl std::fmt::Display for Fallback {
                 if let Some(worst) = problems.first() {
                     write!(f, " ({worst})")?;
                 }
-                write!(f, "; an unwrap without overlaps and with more room would help")
+                write!(f, "; an unwrap without overlaps and with more space would help")
             }
         }
     }
 }
 
-/// What will be done.
+/// Layout that a map will have.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Plan {
     Uv { side: u32, choice: Option<MapSizeChoice> },
@@ -92,12 +92,13 @@ impl Plan {
         }
     }
 
-    /// Decides for the channels (each #V, model units) of a map. Both of `layout` are there where the mesh has texture coordinates.
+    /// Decides on the layout for the channels of a map (#V each, model units). `layout` is `None` if the mesh has no texture
+    /// coordinates.
     pub(super) fn make(
         surface: &Surface,
         layout: Option<(&Atlas, &Spacing)>,
         channels: &[Vec<f64>],
-        settings: &Settings,
+        settings: &BakeSettings,
         progress: &dyn Progress,
     ) -> Result<Self, BakeError> {
         let (atlas, spacing) = match (settings.layout, layout) {
@@ -105,7 +106,7 @@ impl Plan {
             (_, None) => return Ok(Self::Vertex { fallback: Some(Fallback::NoUvs) }),
             (_, Some(layout)) => layout,
         };
-        // Interpolated texels are never exact: who asks for them asks for the layout of the texture.
+        // Interpolated texels are never exact, so whoever asks for them accepts the errors of the texture's layout.
         let must_be_exact = settings.layout == LayoutChoice::Auto && settings.texels == Texels::Fitted;
         let unmapped = layout_issues::unmapped(surface, atlas);
         if must_be_exact && unmapped > 0 {
@@ -116,14 +117,14 @@ impl Plan {
         let sides = map_size::sides(settings.largest_side.0);
         let choice = match (settings.side, settings.texels) {
             (Some(side), _) if !must_be_exact => return Ok(Self::Uv { side, choice: None }),
-            // Measuring what was written tells more, and as soon.
+            // Measuring the written map later is as quick as a prediction, and more accurate.
             (Some(side), _) if !spacing.is_hopeless(side) => return Ok(Self::Uv { side, choice: None }),
             (Some(side), _) => spacing.choose(&[side]),
             (None, Texels::Fitted) => spacing.choose_exact(atlas, channels, &sides, exactness, progress)?,
             (None, Texels::Interpolated) => spacing.choose(&sides),
         };
         if must_be_exact && choice.reason != MapSizeReason::Exact {
-            let size = Size::square(choice.side.min(PROBE));
+            let size = Size::square(choice.side.min(OVERLAP_CHECK_SIDE));
             let coverage = Coverage::new(surface, atlas, size, progress)?;
             let findings = LayoutIssues::of(surface, atlas, spacing, &coverage);
             let problems = findings.problems().into_iter().chain(findings.crowding()).collect();
@@ -133,5 +134,5 @@ impl Plan {
     }
 }
 
-/// Side at which overlaps are looked for, where no map will have that layout.
-const PROBE: u32 = 1024;
+/// Largest side, texels, at which overlaps are counted for a layout that is not used.
+const OVERLAP_CHECK_SIDE: u32 = 1024;

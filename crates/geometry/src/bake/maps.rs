@@ -1,7 +1,7 @@
-//! Both maps and what they were made from.
+//! Displacement map and normal map of a bake.
 
 use super::layout::Plan;
-use super::{BakeError, Request, Ways};
+use super::{BakeError, Request, VertexDisplacements};
 use crate::map::displacement::{self, Displacement, Encoding, MapKind};
 use crate::map::layout_issues::LayoutIssues;
 use crate::map::map_size::{self, Spacing};
@@ -12,28 +12,28 @@ use crate::mesh::atlas::Atlas;
 use crate::source::model::Model;
 use glam::{DMat3, DVec3, Vec3};
 
-/// What the map has to hold.
+/// Displacements that a map has to hold, as positions and as the numbers of its channels.
 pub(super) struct Offsets {
-    /// Where each vertex should land at λ = 1. #V×3, model units
-    pub(super) places: Vec<DVec3>,
-    /// One number for each vertex and channel, model units. #V each
+    /// Position of each vertex at λ = 1. #V×3, model units
+    pub(super) positions: Vec<DVec3>,
+    /// Channels with one number for each vertex. #V each, model units
     pub(super) channels: Vec<Vec<f64>>,
 }
 
 impl Offsets {
-    /// Frames (#V) are needed for tangent space only.
-    pub(super) fn new(model: &Model, kind: MapKind, ways: &Ways, frames: &[Tangent]) -> Self {
-        let (deltas, normals) = (&ways.deltas, &ways.normals);
-        let moved = |way: &dyn Fn(usize) -> DVec3| {
-            model.surface().positions().iter().enumerate().map(|(v, p)| *p - way(v)).collect()
+    /// Splits displacements into the channels of a map. `frames` (#V) are used in tangent space only.
+    pub(super) fn new(model: &Model, kind: MapKind, displacements: &VertexDisplacements, frames: &[Tangent]) -> Self {
+        let (deltas, normals) = (&displacements.deltas, &displacements.normals);
+        let displaced = |offset: &dyn Fn(usize) -> DVec3| {
+            model.surface().positions().iter().enumerate().map(|(v, p)| *p - offset(v)).collect()
         };
-        match (kind, &ways.heights) {
+        match (kind, &displacements.heights) {
             (MapKind::Scalar, Some((heights, _))) => {
-                let places = moved(&|v| heights[v] * normals[v].as_dvec3());
-                Self { places, channels: vec![heights.clone()] }
+                let positions = displaced(&|v| heights[v] * normals[v].as_dvec3());
+                Self { positions, channels: vec![heights.clone()] }
             }
             (MapKind::Scalar | MapKind::VectorObject, _) => {
-                Self { places: moved(&|v| deltas[v]), channels: split(deltas) }
+                Self { positions: displaced(&|v| deltas[v]), channels: split(deltas) }
             }
             (MapKind::VectorTangent, _) => {
                 let local = |((delta, n), frame): ((&DVec3, &Vec3), &Tangent)| {
@@ -43,7 +43,7 @@ impl Offsets {
                 };
                 let local: Vec<DVec3> = deltas.iter().zip(normals).zip(frames).map(local).collect();
                 let has_frame = |v: usize| if normals[v] == Vec3::ZERO { 0.0 } else { 1.0 };
-                Self { places: moved(&|v| deltas[v] * has_frame(v)), channels: split(&local) }
+                Self { positions: displaced(&|v| deltas[v] * has_frame(v)), channels: split(&local) }
             }
         }
     }
@@ -53,35 +53,41 @@ fn split(vectors: &[DVec3]) -> Vec<Vec<f64>> {
     (0..3).map(|axis| vectors.iter().map(|v| v[axis]).collect()).collect()
 }
 
+/// Both maps as image files, with the values that they were made from.
 pub(super) struct Maps {
     pub(super) offsets: Offsets,
-    /// Frames of the vertices; empty unless the map needs them. #V
+    /// Tangent frame of each vertex; empty unless the map is in tangent space. #V
     pub(super) frames: Vec<Tangent>,
     pub(super) plan: Plan,
     pub(super) size: Size,
     pub(super) encoding: Encoding,
-    /// Before encoding.
+    /// Texels of each channel before encoding, model units.
     pub(super) channels: Vec<HeightMap>,
     pub(super) findings: LayoutIssues,
-    /// The image files.
+    /// Image file of the displacement map.
     pub(super) displacement: Vec<u8>,
+    /// Image file of the normal map and its size; `None` if the layout has no space for one.
     pub(super) normal_map: Option<(Vec<u8>, Size)>,
 }
 
 impl Maps {
-    /// Makes both maps. `atlas` is the layout of the mesh, where it has one.
-    pub(super) fn bake(request: &Request, atlas: Option<&Atlas>, ways: &Ways) -> Result<Self, BakeError> {
+    /// Bakes both maps. `atlas` is the layout of the mesh, if it has one.
+    pub(super) fn bake(
+        request: &Request,
+        atlas: Option<&Atlas>,
+        displacements: &VertexDisplacements,
+    ) -> Result<Self, BakeError> {
         let Request { model, settings, progress, .. } = *request;
         let frames = match settings.map {
             MapKind::VectorTangent => {
                 progress.stage("tangent frames");
-                Some(Frames::new(model, atlas.ok_or(BakeError::NoTangents)?, &ways.normals))
+                Some(Frames::new(model, atlas.ok_or(BakeError::NoTangents)?, &displacements.normals))
             }
             MapKind::Scalar | MapKind::VectorObject => None,
         };
         let (of_corners, frames) = frames.map(|f| (f.of_corners, f.of_vertices)).unzip();
         let frames = frames.unwrap_or_default();
-        let offsets = Offsets::new(model, settings.map, ways, &frames);
+        let offsets = Offsets::new(model, settings.map, displacements, &frames);
         if offsets.channels.iter().flatten().any(|h| !(*h as f32).is_finite()) {
             return Err(BakeError::NotFinite);
         }
@@ -100,10 +106,10 @@ impl Maps {
         let normal_map = match (atlas, for_normals) {
             (Some(atlas), Some(coverage)) => {
                 progress.stage("tangent frames");
-                let normals = &ways.normals;
+                let normals = &displacements.normals;
                 let frames = of_corners.unwrap_or_else(|| tangents::tangents(model.surface(), atlas, normals));
                 progress.check()?;
-                let denoised = apply_offsets(model, &offsets.places, settings.lambda.0);
+                let denoised = apply_offsets(model, &offsets.positions, settings.lambda.0);
                 let layout = TextureLayout { surface: model.surface(), atlas, coverage: &coverage };
                 let frames = TangentFrames { normals, tangents: &frames };
                 Some(bake_normal_map(request, layout, frames, denoised)?)
@@ -115,7 +121,7 @@ impl Maps {
     }
 }
 
-/// MikkTSpace frames, of corners and of vertices.
+/// MikkTSpace frames of corners and of vertices.
 pub(super) struct Frames {
     /// Frames at the corners of each triangle. #T×3
     of_corners: Vec<[Tangent; 3]>,
@@ -124,7 +130,7 @@ pub(super) struct Frames {
 }
 
 impl Frames {
-    /// Frames with normals (#V×3) of the vertices.
+    /// Computes the frames for unit normals of the vertices (#V×3).
     pub(super) fn new(model: &Model, atlas: &Atlas, normals: &[Vec3]) -> Self {
         let of_corners = tangents::tangents(model.surface(), atlas, normals);
         let of_vertices = tangents::at_vertices(model.surface(), atlas, normals, &of_corners);
@@ -132,15 +138,15 @@ impl Frames {
     }
 }
 
-/// Texels of a displacement map.
+/// Texels of a displacement map, before encoding.
 struct Filled {
     channels: Vec<HeightMap>,
     findings: LayoutIssues,
-    /// Texels that a normal map can have; none where it would have to hold several normals in one.
+    /// Texels of the normal map; `None` if one texel would have to hold several normals.
     for_normals: Option<Coverage>,
 }
 
-/// Channels (#V each, model units) on the texels of the layout.
+/// Bakes channels (#V each, model units) into the texture coordinates of the mesh, at a side in texels.
 fn at_uvs(
     request: &Request,
     (atlas, spacing): (&Atlas, &Spacing),
@@ -162,7 +168,7 @@ fn at_uvs(
         filled.push(map);
     }
     let findings = LayoutIssues::of(surface, atlas, spacing, &coverage);
-    // Heights have room where vertices are one texel apart; shading wants two.
+    // Heights need vertices one texel apart, smooth shading needs two.
     let spaced = spacing.choose(&map_size::sides(settings.largest_side.0)).side;
     if settings.side.is_none() && spaced > side {
         coverage = Coverage::new(surface, atlas, Size::square(spaced), progress)?;
@@ -170,23 +176,23 @@ fn at_uvs(
     Ok(Filled { channels: filled, findings, for_normals: Some(coverage) })
 }
 
-/// Channels (#V each, model units) with a texel for each source vertex.
+/// Bakes channels (#V each, model units) with one texel for each source vertex.
 fn at_texels(request: &Request, atlas: Option<&Atlas>, channels: &[Vec<f64>]) -> Result<Filled, BakeError> {
     let Request { model, progress, .. } = *request;
     progress.stage("one texel a vertex");
     let vertex_of = model.weld().vertex_of();
     let channels = channels.iter().map(|channel| per_vertex::bake(channel, vertex_of)).collect();
-    let coverage = share(model, per_vertex::size(vertex_of.len()));
-    let for_normals = atlas.map(|atlas| room_for_normals(request, atlas)).transpose()?.flatten();
+    let coverage = texel_usage(model, per_vertex::size(vertex_of.len()));
+    let for_normals = atlas.map(|atlas| normal_map_coverage(request, atlas)).transpose()?.flatten();
     Ok(Filled { channels, findings: LayoutIssues { coverage, ..LayoutIssues::default() }, for_normals })
 }
 
-/// Share of the texels that belong to a source vertex where each has one.
-pub(super) fn share(model: &Model, size: Size) -> f64 {
+/// Fraction of the texels that are used if each source vertex has one.
+pub(super) fn texel_usage(model: &Model, size: Size) -> f64 {
     model.data().positions().len() as f64 / size.texels() as f64
 }
 
-/// Image file of the normal map in a layout, and its size; `denoised` are the positions of the denoised surface. #V×3
+/// Bakes the normal map of a denoised surface, whose positions are `denoised` (#V×3), and returns its image file and size.
 fn bake_normal_map(
     request: &Request,
     layout: TextureLayout,
@@ -200,33 +206,35 @@ fn bake_normal_map(
     Ok((displacement::png(map.texels.as_flattened(), size, image::ExtendedColorType::Rgb8)?, size))
 }
 
+/// Lowest and highest texel of all channels.
 fn range(channels: &[HeightMap]) -> [f32; 2] {
     let ranges = channels.iter().map(HeightMap::range);
     ranges.fold([f32::INFINITY, f32::NEG_INFINITY], |[l, h], [low, high]| [l.min(low), h.max(high)])
 }
 
-/// Largest share of overlapping texels at which a normal map is still baked into a layout that does not hold the heights.
-const OVERLAP: f64 = 0.01;
+/// Largest fraction of overlapping texels at which a normal map is still baked when heights use the per-vertex layout.
+const MAX_OVERLAP: f64 = 0.01;
 
-/// The texels of a normal map in a layout that does not hold the heights; none where charts overlap or leave the
-/// map, for then one texel would have to hold several normals.
-fn room_for_normals(request: &Request, atlas: &Atlas) -> Result<Option<Coverage>, BakeError> {
+/// Texels of a normal map in the texture coordinates of a mesh whose heights use the per-vertex layout.
+///
+/// The result is `None` if charts overlap or leave the unit square, since one texel would then have to hold several normals.
+fn normal_map_coverage(request: &Request, atlas: &Atlas) -> Result<Option<Coverage>, BakeError> {
     let Request { model, settings, progress, .. } = *request;
     if crate::map::layout_issues::out_of_range(atlas) > 0 {
         return Ok(None);
     }
-    // Four texels a vertex each way, if the layout were full.
+    // In a full layout each vertex gets a block of 4 × 4 texels.
     let vertices = model.surface().positions().len() as f64;
     let side = ((4.0 * vertices.sqrt()) as u32)
         .next_power_of_two()
         .clamp(256.min(settings.largest_side.0), settings.largest_side.0);
     let size = Size::square(settings.side.unwrap_or(side));
     let coverage = Coverage::new(model.surface(), atlas, size, progress)?;
-    let allowed = OVERLAP * coverage.covered_fraction() * size.texels() as f64;
+    let allowed = MAX_OVERLAP * coverage.covered_fraction() * size.texels() as f64;
     Ok((coverage.overlaps() as f64 <= allowed).then_some(coverage))
 }
 
-/// p − λ · δ for each vertex, given where they go at λ = 1 (#V×3). #V×3, model units.
-fn apply_offsets(model: &Model, places: &[DVec3], lambda: f64) -> Vec<DVec3> {
-    model.surface().positions().iter().zip(places).map(|(p, q)| *p - lambda * (*p - *q)).collect()
+/// Positions p − λ · δ, given the positions at λ = 1 (#V×3). #V×3, model units
+fn apply_offsets(model: &Model, denoised: &[DVec3], lambda: f64) -> Vec<DVec3> {
+    model.surface().positions().iter().zip(denoised).map(|(p, q)| *p - lambda * (*p - *q)).collect()
 }

@@ -1,6 +1,6 @@
-//! Measures what the written bytes do.
+//! Report of a bake: errors of the encoded map on the printed carrier.
 
-use super::Ways;
+use super::VertexDisplacements;
 use super::maps::Offsets;
 use crate::map::displace::{self, SamplingRule, ShaderVertex};
 use crate::map::displacement::{DecodeError, Displacement, Encoding, SampleAt, TexelFormat, Weights};
@@ -15,47 +15,47 @@ use crate::source::model::Model;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-/// What is measured.
-pub(super) struct Evidence<'a> {
+/// Encoded map and printed carrier, with the values that they are compared with.
+pub(super) struct Verification<'a> {
     pub(super) model: &'a Model,
     /// Displacements that the map encodes.
-    pub(super) ways: &'a Ways,
-    /// Frames of the vertices; empty unless the map needs them. #V
+    pub(super) displacements: &'a VertexDisplacements,
+    /// Tangent frame of each vertex; empty unless the map is in tangent space. #V
     pub(super) frames: &'a [Tangent],
-    /// Where the vertices should be, and the numbers that take them there.
+    /// Expected positions of the vertices and expected values of the channels.
     pub(super) offsets: &'a Offsets,
     pub(super) findings: LayoutIssues,
-    /// Before encoding; where there are none the report keeps what it said about other numbers of bits.
+    /// Texels before encoding, to compare other numbers of bits. If this is empty, the report keeps the earlier comparison.
     pub(super) channels: &'a [HeightMap],
-    /// The image file.
+    /// Image file of the displacement map.
     pub(super) displacement: &'a [u8],
-    /// As read back.
+    /// Carrier, parsed from its printed bytes.
     pub(super) carrier: &'a MeshData,
 }
 
-/// Decodes the map and compares what a shader makes of it and the carrier with where the vertices should be.
-pub(super) fn measure(evidence: &Evidence, manifest: &Manifest) -> Result<Report, DecodeError> {
+/// Decodes the map, displaces the carrier as a shader does, and compares the result with the expected positions.
+pub(super) fn measure(verification: &Verification, manifest: &Manifest) -> Result<Report, DecodeError> {
     let entry = &manifest.displacement;
-    let map = Displacement::decode(evidence.displacement, entry.map, entry.size(), entry.encoding())?;
-    let mesh = Mesh::new(evidence, manifest);
+    let map = Displacement::decode(verification.displacement, entry.map, entry.size(), entry.encoding())?;
+    let mesh = Mesh::new(verification, manifest);
     let exact = mesh.errors(&map, Weights::Exact);
     let filtered = match entry.layout {
         Layout::Uv => mesh.errors(&map, Weights::EightBits),
-        // By the second way to that texel: the sampler at its centre.
+        // Clients without texel fetches sample the centre of the texel, so this is what eight-bit weights act on.
         Layout::Vertex => mesh.at_texel_centres(&map).errors(&map, Weights::EightBits),
     };
-    let map_errors = mesh.map_errors(&map, &evidence.offsets.channels);
+    let map_errors = mesh.map_errors(&map, &verification.offsets.channels);
     let Encoding { scale, .. } = entry.encoding();
     let (quantum, range) = (entry.encoding().quantum(), f64::from(scale));
     let relative = |unit: f64| move |error: f64| (unit > 0.0).then(|| error / unit);
     let (in_quanta, of_range) = (relative(quantum), relative(range));
     let tolerance_quanta = manifest.report.tolerance_quanta;
-    // What blending four texels in single precision may cost.
+    // Largest rounding error of blending four texels in single precision.
     let rounding = 4.0 * f64::from(f32::EPSILON) * range;
     let resolved = |error: &f64| *error <= tolerance_quanta * quantum + rounding;
     let Errors { max, p99, mean, seam_gap, largest } = exact;
-    let ways = evidence.ways;
-    let loss = ways.heights.as_ref().map(|heights| heights.1);
+    let displacements = verification.displacements;
+    let loss = displacements.heights.as_ref().map(|heights| heights.1);
     let mut report = Report {
         max_error: max,
         p99_error: p99,
@@ -73,13 +73,17 @@ pub(super) fn measure(evidence: &Evidence, manifest: &Manifest) -> Result<Report
         unresolved_vertices: map_errors.len() - map_errors.partition_point(resolved),
         map_errors: summary(&map_errors, in_quanta),
         eight_bit_weights: Filtered { max_error: filtered.max, p99_error: filtered.p99, seam_gap: filtered.seam_gap },
-        by_bits: by_bits(evidence, manifest, &mesh, max),
-        own_uvs: (entry.layout == Layout::Uv).then(|| mesh.own_uvs(evidence.carrier, &map)),
-        layout: evidence.findings.clone(),
+        by_bits: by_bits(verification, manifest, &mesh, max),
+        own_uvs: (entry.layout == Layout::Uv).then(|| mesh.own_uvs(verification.carrier, &map)),
+        layout: verification.findings.clone(),
         left_out_rms: loss.map_or(0.0, |loss| loss.rms),
         heights: loss.map(HeightsLoss::from),
-        limits: ways.limits,
-        vertices_without_normal: mesh.used.iter().filter(|(v, _)| ways.normals[*v as usize] == Vec3::ZERO).count(),
+        limits: displacements.limits,
+        vertices_without_normal: mesh
+            .used
+            .iter()
+            .filter(|(v, _)| displacements.normals[*v as usize] == Vec3::ZERO)
+            .count(),
         suggestion: None,
     };
     report.suggestion = suggestion(manifest, &report);
@@ -92,10 +96,10 @@ fn summary(errors: &[f64], in_quanta: impl Fn(f64) -> Option<f64>) -> MapErrors 
     MapErrors { max, p99, max_quanta: in_quanta(max), p99_quanta: in_quanta(p99) }
 }
 
-/// Errors that maps with other numbers of bits would have, where the unencoded map is there; else what the manifest says
-/// of them. `max` is the error of the map as it is, model units.
-fn by_bits(evidence: &Evidence, manifest: &Manifest, mesh: &Mesh, max: f64) -> Vec<BitsError> {
-    if evidence.channels.is_empty() {
+/// Largest errors of maps with other numbers of bits. Without texels before encoding these are the errors in the manifest.
+/// `max` is the largest error of the map itself, model units.
+fn by_bits(verification: &Verification, manifest: &Manifest, mesh: &Mesh, max: f64) -> Vec<BitsError> {
+    if verification.channels.is_empty() {
         return manifest.report.by_bits.clone();
     }
     let entry = &manifest.displacement;
@@ -104,24 +108,24 @@ fn by_bits(evidence: &Evidence, manifest: &Manifest, mesh: &Mesh, max: f64) -> V
         let max_error = if other == entry.encoding() {
             max
         } else {
-            mesh.errors(&Displacement::encode(evidence.channels, entry.map, other), Weights::Exact).max
+            mesh.errors(&Displacement::encode(verification.channels, entry.map, other), Weights::Exact).max
         };
         BitsError { bits: texel.bits(), max_error }
     };
     [TexelFormat::Png8, TexelFormat::Png16, TexelFormat::Exr32].map(error).to_vec()
 }
 
-/// What would make the map better, in words.
+/// Advice that would reduce the errors of the map; `None` if there is nothing to improve.
 fn suggestion(manifest: &Manifest, report: &Report) -> Option<String> {
     if report.unresolved_vertices > 0 {
         let layout = &report.layout;
-        let cure = if layout.out_of_range_vertices > 0 || layout.overlapping_texels > 0 || layout.unmapped_vertices > 0
-        {
-            "an unwrap without overlaps inside [0, 1]"
-        } else {
-            "a larger size, or an unwrap with more room"
-        };
-        return Some(format!("use the layout `vertex`, which is exact; {cure} would help the layout `uv`"));
+        let remedy =
+            if layout.out_of_range_vertices > 0 || layout.overlapping_texels > 0 || layout.unmapped_vertices > 0 {
+                "an unwrap without overlaps inside [0, 1]"
+            } else {
+                "a larger size, or an unwrap with more room"
+            };
+        return Some(format!("use the layout `vertex`, which is exact; {remedy} would help the layout `uv`"));
     }
     if let Some(heights) = report.heights.filter(HeightsLoss::is_much) {
         return Some(heights.to_string());
@@ -131,33 +135,34 @@ fn suggestion(manifest: &Manifest, report: &Report) -> Option<String> {
     coarse.then(|| "16 bits a texel would make errors 257 times smaller".to_owned())
 }
 
-/// The vertices of the carrier and what is expected of them.
+/// Vertices of the carrier with their expected positions.
 struct Mesh<'a> {
     model: &'a Model,
-    /// #v
+    /// Vertices as a shader reads them from the carrier. #v
     vertices: Vec<ShaderVertex>,
-    /// Whether some face names the source vertex; of the others a shader hears nothing. #v
+    /// True for each source vertex that some face names; a shader never processes the others. #v
     drawn: Vec<bool>,
     /// Vertices of the surface that are drawn, and the first source vertex of each.
     used: Vec<(Index, usize)>,
-    /// #V×3, model units
+    /// Expected position of each vertex. #V×3, model units
     expected: &'a [DVec3],
     origin: DVec3,
 }
 
-/// How far off the vertices are, model units.
+/// Distances of the displaced vertices from their expected positions, model units.
 struct Errors {
     max: f64,
     p99: f64,
     mean: f64,
+    /// Largest distance between displaced source vertices of one vertex.
     seam_gap: f64,
-    /// Largest coordinate.
+    /// Largest absolute coordinate, relative to the origin of the manifest.
     largest: f32,
 }
 
 impl<'a> Mesh<'a> {
-    fn new(evidence: &Evidence<'a>, manifest: &Manifest) -> Self {
-        let Evidence { model, carrier, offsets, frames, .. } = *evidence;
+    fn new(verification: &Verification<'a>, manifest: &Manifest) -> Self {
+        let Verification { model, carrier, offsets, frames, .. } = *verification;
         let entry = &manifest.displacement;
         let dominant = manifest.dominant_pairs();
         let mut vertices =
@@ -178,10 +183,10 @@ impl<'a> Mesh<'a> {
         }
         let used = (0..topology.vertex_count() as Index).filter(|&v| !topology.is_isolated(v));
         let used = used.filter_map(|v| Some((v, first[v as usize]?))).collect();
-        Self { model, vertices, drawn, used, expected: &offsets.places, origin: entry.origin }
+        Self { model, vertices, drawn, used, expected: &offsets.positions, origin: entry.origin }
     }
 
-    /// The same, sampled at the centres of the texels.
+    /// Copy of these vertices that samples texels by texture coordinates at their centres, not by index.
     fn at_texel_centres(&self, map: &Displacement) -> Self {
         let at_centre = |vertex: &ShaderVertex| match vertex.sample_at {
             Some(SampleAt::Texel(texel)) => {
@@ -193,6 +198,7 @@ impl<'a> Mesh<'a> {
         Self { model: self.model, vertices, drawn: self.drawn.clone(), used: self.used.clone(), ..*self }
     }
 
+    /// Errors of the vertices displaced by a map.
     fn errors(&self, map: &Displacement, weights: Weights) -> Errors {
         let displaced: Vec<Vec3> = self.vertices.par_iter().map(|v| v.displaced_with(map, 1.0, weights)).collect();
         let mut first = vec![usize::MAX; self.expected.len()];
@@ -221,24 +227,22 @@ impl<'a> Mesh<'a> {
         }
     }
 
-    /// How far the numbers in the map are from those that it was made of (#V for each channel), ascending, model units.
+    /// Differences between sampled and expected values of the channels (#V each), ascending, model units.
     fn map_errors(&self, map: &Displacement, channels: &[Vec<f64>]) -> Vec<f64> {
         let error = |&(v, source): &(Index, usize)| {
-            let off = (0..channels.len()).map(|k| {
-                // A vertex that samples nowhere stays.
-                let sampled = self.vertices[source]
-                    .sample_at
-                    .map_or(0.0, |sample_at| map.channel_at(k, sample_at, Weights::Exact));
+            let differences = (0..channels.len()).map(|k| {
+                // A vertex without texture coordinates is not displaced.
+                let sampled = self.vertices[source].sample_at.map_or(0.0, |place| map.channel_at(k, place, Weights::Exact));
                 (f64::from(sampled) - channels[k][v as usize]).abs()
             });
-            off.fold(0.0, f64::max)
+            differences.fold(0.0, f64::max)
         };
         let mut errors: Vec<f64> = self.used.iter().map(error).collect();
         errors.sort_unstable_by(f64::total_cmp);
         errors
     }
 
-    /// Lets each wedge sample at its own texture coordinate.
+    /// Gaps that arise at seams if each wedge samples at its own texture coordinates, not at the dominant ones.
     fn own_uvs(&self, carrier: &MeshData, map: &Displacement) -> OwnUvs {
         let vertex_of = self.model.weld().vertex_of();
         let mut wedges: Vec<(Index, Index, Index)> = carrier
@@ -251,18 +255,18 @@ impl<'a> Mesh<'a> {
         wedges.dedup_by_key(|wedge| (wedge.0, wedge.1));
         let mut found = OwnUvs::default();
         for same in wedges.chunk_by(|a, b| a.0 == b.0) {
-            let landed = same.iter().map(|&(_, uv, source)| {
-                let sample_at = Some(SampleAt::Uv(carrier.uvs()[uv as usize].as_vec2()));
-                (sample_at, ShaderVertex { sample_at, ..self.vertices[source as usize] }.displaced(map, 1.0))
+            let displaced = same.iter().map(|&(_, uv, source)| {
+                let place = Some(SampleAt::Uv(carrier.uvs()[uv as usize].as_vec2()));
+                (place, ShaderVertex { sample_at: place, ..self.vertices[source as usize] }.displaced(map, 1.0))
             });
-            let landed: Vec<_> = landed.collect();
-            let (sample_at, first) = landed[0];
-            if landed.iter().all(|wedge| wedge.0 == sample_at) {
+            let displaced: Vec<_> = displaced.collect();
+            let (place, first) = displaced[0];
+            if displaced.iter().all(|wedge| wedge.0 == place) {
                 continue;
             }
-            let gap = landed.iter().map(|wedge| wedge.1.distance(first)).fold(0.0, f32::max);
+            let gap = displaced.iter().map(|wedge| wedge.1.distance(first)).fold(0.0, f32::max);
             found.seam_vertices += 1;
-            found.bit_equal_seam_vertices += usize::from(landed.iter().all(|wedge| wedge.1 == first));
+            found.bit_equal_seam_vertices += usize::from(displaced.iter().all(|wedge| wedge.1 == first));
             found.seam_gap = found.seam_gap.max(gap.into());
         }
         found

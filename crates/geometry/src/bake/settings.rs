@@ -1,6 +1,6 @@
-//! All that can be chosen for a bake.
+//! Settings of a bake.
 
-use super::{Goal, LayoutChoice};
+use super::{BakeTarget, LayoutChoice};
 use crate::denoise::NormalField;
 use crate::map::displacement::{MapKind, TexelFormat};
 use crate::map::normal_map::Convention;
@@ -9,37 +9,40 @@ use crate::mesh::weld::Welding;
 use crate::named;
 use serde::{Deserialize, Serialize};
 
-/// All that can be chosen. In JSON, settings that are missing are those of [`Settings::default`].
+/// Settings of a bake. In JSON, fields that are missing have the values of [`BakeSettings::default`], and unknown fields are an
+/// error.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Settings {
-    /// Where the vertices shall go.
-    pub goal: Goal,
-    /// How the model was welded; goes into the manifest.
+pub struct BakeSettings {
+    /// Denoised surface that the map leads to; in JSON the field `goal`.
+    #[serde(rename = "goal")]
+    pub target: BakeTarget,
+    /// Welding of the model, for the manifest.
     pub welding: Welding,
-    /// Along which normals to displace; none chooses, see [`Goal::ways`].
+    /// Normals that the map displaces along; `None` chooses them as [`BakeTarget::displacements`] says.
     pub normals: Option<NormalField>,
-    /// Strength for the normal map and the clients.
+    /// Strength λ for the normal map and the clients.
     pub lambda: Lambda,
-    /// Heights or vectors.
+    /// Kind of the map: heights, or vectors in object or tangent space.
     pub map: MapKind,
-    /// Where texels of a vertex are.
+    /// Layout of the texels that vertices sample.
     pub layout: LayoutChoice,
-    /// Side of the maps; none chooses it. A map with one texel for each vertex has the side that it needs.
+    /// Side of the maps, texels; `None` chooses it. The per-vertex layout ignores it for heights and uses the side that it
+    /// needs.
     pub side: Option<u32>,
-    /// The largest side that is chosen.
+    /// Largest side that may be chosen.
     pub largest_side: LargestSide,
-    /// How far a vertex may be off for [`LayoutChoice::Auto`] to keep the texture coordinates of the mesh.
+    /// Largest error of a vertex at which [`LayoutChoice::Auto`] keeps the texture coordinates of the mesh.
     pub tolerance: Quanta,
-    /// How texels between vertices are filled.
+    /// Interpolation of the texels between vertices.
     pub interpolation: Interpolation,
-    /// What is done to the texels that vertices sample.
+    /// Treatment of the texels that vertices sample.
     pub texels: Texels,
-    /// Format of the displacement map.
+    /// File format and bits of the displacement map.
     pub texel: TexelFormat,
-    /// Direction of green in the normal map.
+    /// Direction of the green channel in the normal map.
     pub convention: Convention,
-    /// Files that carry the map.
+    /// Files of the carrier.
     pub carriers: Carriers,
 }
 
@@ -55,7 +58,7 @@ named! {
     }
 }
 
-/// Multiples of the step between two heights.
+/// Length in quanta, the steps between neighbouring values of the encoding.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Quanta(pub f64);
 
@@ -65,7 +68,7 @@ impl Default for Quanta {
     }
 }
 
-/// Side of a map in texels.
+/// Largest side of a map, texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LargestSide(pub u32);
 
@@ -75,7 +78,7 @@ impl Default for LargestSide {
     }
 }
 
-/// Strength: 0 is the source, 1 is denoised.
+/// Strength λ of the displacement: 0 gives the mesh as it was, 1 the denoised mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Lambda(pub f64);
 
@@ -94,9 +97,9 @@ mod tests {
     use serde_json::Value;
 
     /// Settings none of which is the default.
-    fn unusual() -> Settings {
-        let settings = Settings {
-            goal: Denoiser::every()[0].clone().into(),
+    fn unusual() -> BakeSettings {
+        let settings = BakeSettings {
+            target: Denoiser::every()[0].clone().into(),
             welding: Welding::Epsilon(0.1),
             normals: Some(NormalField::Tilted),
             lambda: Lambda(0.1),
@@ -111,7 +114,7 @@ mod tests {
             convention: Convention::DirectX,
             carriers: Carriers::Obj,
         };
-        let [default, chosen] = [&Settings::default(), &settings].map(|s| serde_json::to_value(s).unwrap());
+        let [default, chosen] = [&BakeSettings::default(), &settings].map(|s| serde_json::to_value(s).unwrap());
         for (field, value) in chosen.as_object().unwrap() {
             assert_ne!(*value, default[field], "{field}");
         }
@@ -120,25 +123,26 @@ mod tests {
 
     #[test]
     fn every_field_survives_json() {
-        for settings in [Settings::default(), unusual()] {
+        for settings in [BakeSettings::default(), unusual()] {
             let text = serde_json::to_string(&settings).unwrap();
-            assert_eq!(serde_json::from_str::<Settings>(&text).unwrap(), settings, "{text}");
+            assert_eq!(serde_json::from_str::<BakeSettings>(&text).unwrap(), settings, "{text}");
         }
         let positions = vec![DVec3::new(0.1, -1e-300, 3.0)];
-        let goal = Goal::Target { positions, target: Target::new("a.obj".to_owned(), "00".to_owned()) };
-        let target = Settings { goal, ..Settings::default() };
+        let target = BakeTarget::Positions { positions, target: Target::new("a.obj".to_owned(), "00".to_owned()) };
+        let target = BakeSettings { target, ..BakeSettings::default() };
         let text = serde_json::to_string(&target).unwrap();
-        assert_eq!(serde_json::from_str::<Settings>(&text).unwrap(), target, "{text}");
+        assert_eq!(serde_json::from_str::<BakeSettings>(&text).unwrap(), target, "{text}");
     }
 
     #[test]
     fn what_is_missing_is_the_default_and_what_is_unknown_is_named() {
-        assert_eq!(serde_json::from_str::<Settings>("{}").unwrap(), Settings::default());
+        assert_eq!(serde_json::from_str::<BakeSettings>("{}").unwrap(), BakeSettings::default());
         let mut json = serde_json::to_value(unusual()).unwrap();
         json["lamda"] = Value::from(1.0);
-        let error = serde_json::from_value::<Settings>(json).unwrap_err().to_string();
+        let error = serde_json::from_value::<BakeSettings>(json).unwrap_err().to_string();
         assert!(error.contains("lamda"), "{error}");
-        let error = serde_json::from_str::<Settings>(r#"{ "goal": { "name": "sun", "iterations": -1 } }"#).unwrap_err();
+        let error =
+            serde_json::from_str::<BakeSettings>(r#"{ "goal": { "name": "sun", "iterations": -1 } }"#).unwrap_err();
         assert!(error.to_string().contains("`iterations` of sun: -1 is not a whole number"), "{error}");
     }
 }

@@ -40,7 +40,7 @@ fn sheet() -> Arrays {
     }
 }
 
-/// The same mesh as somebody else may write it.
+/// The mesh of the arrays as another program may write it.
 fn as_obj(arrays: &Arrays) -> Obj {
     let mut text = "# a sheet\no sheet\n".to_owned();
     for p in &arrays.positions {
@@ -68,9 +68,9 @@ fn as_obj(arrays: &Arrays) -> Obj {
     Obj::parse(text.into_bytes()).unwrap()
 }
 
-fn bake_of(model: &Model, settings: &Settings) -> Bundle {
-    let names = Names { source: "sheet".to_owned(), stem: "sheet".to_owned(), carrier: "sheet".to_owned() };
-    bake(model, &names, Belongings::NONE, settings, &Silent).unwrap()
+fn bake_of(model: &Model, settings: &BakeSettings) -> Bundle {
+    let names = BundleNames { source: "sheet".to_owned(), stem: "sheet".to_owned(), carrier: "sheet".to_owned() };
+    bake(model, &names, SideFiles::NONE, settings, &Silent).unwrap()
 }
 
 fn bytes_of<'a>(bundle: &'a Bundle, name: &str) -> &'a [u8] {
@@ -79,15 +79,15 @@ fn bytes_of<'a>(bundle: &'a Bundle, name: &str) -> &'a [u8] {
 
 #[test]
 fn arrays_and_a_file_of_the_same_numbers_give_the_same_maps() {
-    let smooth = Goal::from(Denoiser::Laplacian(Laplacian::default()));
+    let smooth = BakeTarget::from(Denoiser::Laplacian(Laplacian::default()));
     let of_file = Some(NormalField::Source(NormalSource::File));
-    let settings = || Settings { goal: smooth.clone(), ..Settings::default() };
+    let settings = || BakeSettings { target: smooth.clone(), ..BakeSettings::default() };
     let without_uvs = Arrays { uvs: Vec::new(), corner_uvs: Vec::new(), ..sheet() };
     for (arrays, settings) in [
         (sheet(), settings()),
-        (sheet(), Settings { layout: LayoutChoice::Uv, normals: of_file, side: Some(64), ..settings() }),
-        (sheet(), Settings { layout: LayoutChoice::Vertex, map: MapKind::VectorObject, ..settings() }),
-        (sheet(), Settings { map: MapKind::VectorTangent, ..settings() }),
+        (sheet(), BakeSettings { layout: LayoutChoice::Uv, normals: of_file, side: Some(64), ..settings() }),
+        (sheet(), BakeSettings { layout: LayoutChoice::Vertex, map: MapKind::VectorObject, ..settings() }),
+        (sheet(), BakeSettings { map: MapKind::VectorTangent, ..settings() }),
         (without_uvs, settings()),
     ] {
         let of_file = Model::new(as_obj(&arrays), Welding::Exact);
@@ -112,8 +112,8 @@ fn arrays_and_a_file_of_the_same_numbers_give_the_same_maps() {
 
 #[test]
 fn a_bundle_of_arrays_is_understood_from_its_own_files() {
-    let goal = Goal::from(Denoiser::Laplacian(Laplacian::default()));
-    let settings = Settings { goal: goal.clone(), ..Settings::default() };
+    let target = BakeTarget::from(Denoiser::Laplacian(Laplacian::default()));
+    let settings = BakeSettings { target: target.clone(), ..BakeSettings::default() };
     let model = Model::new(MeshData::try_from(sheet()).unwrap(), Welding::Exact);
     let bundle = bake_of(&model, &settings);
     let manifest = &bundle.manifest;
@@ -121,17 +121,17 @@ fn a_bundle_of_arrays_is_understood_from_its_own_files() {
     assert_eq!(manifest::sha256(carrier.bytes()), manifest.carrier.sha256);
     let displacement = bytes_of(&bundle, &manifest.displacement.file);
     let files = WrittenFiles { displacement, carrier: carrier.data() };
-    assert_eq!(check(&model, manifest, &goal, files, &Silent).unwrap(), manifest.report);
+    assert_eq!(check(&model, manifest, &target, files, &Silent).unwrap(), manifest.report);
 
     let entry = &manifest.displacement;
     let map = Displacement::decode(displacement, entry.map, entry.size(), entry.encoding()).unwrap();
     let vertices = displace::baked_vertices(model.source(), manifest, &|| None).unwrap();
-    let places = displace::displaced(&vertices, &map, 1.0, entry.origin);
-    let ways = goal.ways(&model, MapKind::Scalar, Some(manifest.normals), &Silent).unwrap();
+    let displaced = displace::displaced(&vertices, &map, 1.0, entry.origin);
+    let displacements = target.displacements(&model, MapKind::Scalar, Some(manifest.normals), &Silent).unwrap();
     let expected = model.weld().spread(model.surface().positions());
-    for ((place, source), v) in places.iter().zip(expected).zip(model.weld().vertex_of()) {
-        let height = ways.heights.as_ref().unwrap().0[*v as usize];
-        let denoised = source - height * ways.normals[*v as usize].as_dvec3();
-        assert!(place.distance(denoised) <= manifest.report.error_bound, "{place} {denoised}");
+    for ((position, source), v) in displaced.iter().zip(expected).zip(model.weld().vertex_of()) {
+        let height = displacements.heights.as_ref().unwrap().0[*v as usize];
+        let denoised = source - height * displacements.normals[*v as usize].as_dvec3();
+        assert!(position.distance(denoised) <= manifest.report.error_bound, "{position} {denoised}");
     }
 }

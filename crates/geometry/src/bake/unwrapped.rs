@@ -1,6 +1,6 @@
-//! Baking into texture coordinates that are made for the purpose.
+//! Baking into new texture coordinates, which are made for the map.
 
-use super::{BakeError, Bundle, LayoutChoice, Request, Settings, Ways};
+use super::{BakeError, BakeSettings, Bundle, LayoutChoice, Request, VertexDisplacements};
 use crate::bake::unwrap::{Charts, UnwrapError, Unwrapped};
 use crate::map::map_size::{self, MapSizeChoice, MapSizeReason, Spacing};
 use crate::source::model::Model;
@@ -14,10 +14,10 @@ impl From<UnwrapError> for BakeError {
     }
 }
 
-/// Cuts charts, and packs and bakes them at growing sizes until each vertex gets its height.
-pub(super) fn bake(request: &Request, ways: &Ways) -> Result<Bundle, BakeError> {
+/// Cuts charts, then packs and bakes them at growing sizes until each vertex gets its height.
+pub(super) fn bake(request: &Request, displacements: &VertexDisplacements) -> Result<Bundle, BakeError> {
     let Request { model, settings, progress, .. } = *request;
-    let charts = Charts::cut(model, &model.surface().moved_by(&ways.deltas), progress)?;
+    let charts = Charts::cut(model, &model.surface().moved_by(&displacements.deltas), progress)?;
     let sides = settings.side.map_or_else(|| map_size::sides(settings.largest_side.0), |side| vec![side]);
     let largest = sides.last().copied().unwrap_or(1);
     let mut best = None;
@@ -28,21 +28,21 @@ pub(super) fn bake(request: &Request, ways: &Ways) -> Result<Bundle, BakeError> 
         if spaced.reason == MapSizeReason::Crowded && side != largest {
             continue;
         }
-        let at_side = Settings { layout: LayoutChoice::Uv, side: Some(side), ..settings.clone() };
+        let at_side = BakeSettings { layout: LayoutChoice::Uv, side: Some(side), ..settings.clone() };
         let laid_out = Request { model: &laid_out, settings: &at_side, ..*request };
-        let bundle = super::bake_layout(&laid_out, ways, Some(model))?;
-        let left = bundle.manifest.report.unresolved_vertices;
+        let bundle = super::bake_layout(&laid_out, displacements, Some(model))?;
+        let unresolved = bundle.manifest.report.unresolved_vertices;
         let reason = match spaced.reason {
-            _ if left == 0 => MapSizeReason::Exact,
+            _ if unresolved == 0 => MapSizeReason::Exact,
             MapSizeReason::Crowded => MapSizeReason::Crowded,
             _ => MapSizeReason::AlmostExact,
         };
-        let left = if reason == MapSizeReason::Crowded { spaced.left } else { left };
+        let left = if reason == MapSizeReason::Crowded { spaced.left } else { unresolved };
         let choice = settings.side.is_none().then_some(MapSizeChoice { left, reason, largest, ..spaced });
         best = Some(Bundle { choice, ..bundle });
-        if left == 0 {
+        if unresolved == 0 {
             break;
         }
     }
-    best.ok_or(BakeError::NoRoom { side: largest })
+    best.ok_or(BakeError::ChartsDoNotFit { side: largest })
 }

@@ -1,7 +1,7 @@
 //! Displaced positions on the GPU are those of `apply`.
 
 use crate::support::{Baked, baked, no_complaints, quick, renderer, repository};
-use planish_geometry::bake::{LayoutChoice, Settings};
+use planish_geometry::bake::{BakeSettings, LayoutChoice};
 use planish_geometry::map::displacement::MapKind;
 use planish_render::gpu::Backend;
 use planish_render::gpu::renderer::Renderer;
@@ -42,8 +42,8 @@ fn agree(renderer: &Renderer, baked: &Baked, name: &str) -> f64 {
 }
 
 /// Both layouts, heights and vectors in both spaces.
-fn kinds() -> [Settings; 4] {
-    let with = |layout, map| Settings { layout, map, side: (layout == LayoutChoice::Uv).then_some(256), ..quick() };
+fn kinds() -> [BakeSettings; 4] {
+    let with = |layout, map| BakeSettings { layout, map, side: (layout == LayoutChoice::Uv).then_some(256), ..quick() };
     [
         with(LayoutChoice::Uv, MapKind::Scalar),
         with(LayoutChoice::Vertex, MapKind::Scalar),
@@ -74,7 +74,8 @@ fn every_external_mesh() {
     let renderer = renderer(Backend::Vulkan);
     for mesh in meshes {
         let name = mesh.file_name().unwrap().to_string_lossy().into_owned();
-        let settings = |layout| Settings { layout, largest_side: planish_geometry::bake::LargestSide(512), ..quick() };
+        let settings =
+            |layout| BakeSettings { layout, largest_side: planish_geometry::bake::LargestSide(512), ..quick() };
         agree(&renderer, &baked(&mesh, &settings(LayoutChoice::Auto)), &name);
     }
 }

@@ -1,7 +1,7 @@
 //! Adapters, scenes and pictures.
 
 use image::RgbaImage;
-use planish_geometry::bake::{self, Belongings, Bundle, Names};
+use planish_geometry::bake::{self, BakeSettings, Bundle, BundleNames, SideFiles};
 use planish_geometry::map::displace::{self, ShaderVertex};
 use planish_geometry::map::displacement::Displacement;
 use planish_geometry::mesh::weld::Welding;
@@ -63,10 +63,10 @@ pub(crate) struct Baked {
     pub(crate) map: Displacement,
 }
 
-pub(crate) fn baked(path: &Path, settings: &bake::Settings) -> Baked {
+pub(crate) fn baked(path: &Path, settings: &BakeSettings) -> Baked {
     let model = model(path);
-    let names = Names { source: "in.obj".into(), stem: "in".into(), carrier: "in".into() };
-    let bundle = bake::bake(&model, &names, Belongings::NONE, settings, &Silent).unwrap();
+    let names = BundleNames { source: "in.obj".into(), stem: "in".into(), carrier: "in".into() };
+    let bundle = bake::bake(&model, &names, SideFiles::NONE, settings, &Silent).unwrap();
     let entry = &bundle.manifest.displacement;
     let map = Displacement::decode(bytes(&bundle, &entry.file), entry.map, entry.size(), entry.encoding()).unwrap();
     Baked { model, bundle, map }
@@ -101,16 +101,16 @@ impl Baked {
 /// The duck of `data/`, baked as quickly as it goes.
 pub(crate) fn duck() -> Scene {
     static DUCK: LazyLock<Scene> = LazyLock::new(|| {
-        let settings = bake::Settings { side: Some(512), ..quick() };
+        let settings = BakeSettings { side: Some(512), ..quick() };
         baked(&repository().join("data/duck_noisy.obj"), &settings).scene()
     });
     DUCK.clone()
 }
 
 /// The map does not matter here, and some methods take their time.
-pub(crate) fn quick() -> bake::Settings {
+pub(crate) fn quick() -> BakeSettings {
     use planish_geometry::denoise::{Denoiser, Laplacian};
-    bake::Settings { goal: Denoiser::Laplacian(Laplacian::default()).into(), ..<_>::default() }
+    BakeSettings { target: Denoiser::Laplacian(Laplacian::default()).into(), ..<_>::default() }
 }
 
 /// Colours that tell u from v, with fine and coarse detail.

@@ -3,7 +3,7 @@
 use planish_files::bake_files::{self, Job};
 use planish_files::failure::Failure;
 use planish_files::input;
-use planish_geometry::bake::{Carriers, Goal, Lambda, LargestSide, LayoutChoice, Quanta, Settings};
+use planish_geometry::bake::{BakeSettings, BakeTarget, Carriers, Lambda, LargestSide, LayoutChoice, Quanta};
 use planish_geometry::denoise::limits::{Limits, Mask, Volume};
 use planish_geometry::denoise::{Denoiser, Denoising, NormalField};
 use planish_geometry::map::displacement::{MapKind, TexelFormat};
@@ -22,8 +22,8 @@ pub struct BakeConfig {
     pub limits: LimitOptions,
     /// Mesh that another denoiser has made, which the map leads to.
     pub target: Option<PathBuf>,
-    /// All other settings; their goal is not used.
-    pub settings: Settings,
+    /// All else; its goal is not looked at.
+    pub settings: BakeSettings,
 }
 
 /// Limits of the method, as the command line has them.
@@ -83,8 +83,8 @@ impl BakeConfig {
         }
         // Only where the side was chosen the normal map may have another one.
         let is_given = normal_map.as_ref().is_none_or(|normals| normals.width == map.width);
-        let settings = Settings {
-            goal: Goal::default(),
+        let settings = BakeSettings {
+            target: BakeTarget::default(),
             welding: manifest.welding,
             normals: Some(manifest.normals),
             lambda: Lambda(map.lambda),
@@ -106,16 +106,16 @@ impl BakeConfig {
         Self { denoiser, limits, target, settings }
     }
 
-    /// Returns the settings with their goal, for a mesh and a folder.
-    pub fn settings(&self, job: &Job) -> Result<Settings, Failure> {
-        let goal = match &self.target {
+    /// Settings with their goal, for a mesh and a folder.
+    pub fn settings(&self, job: &Job) -> Result<BakeSettings, Failure> {
+        let target = match &self.target {
             Some(path) => job.target(path)?,
             None => {
                 let limits = self.limits.limits(job.model.data().positions().len())?;
                 job.method(Denoising { denoiser: self.denoiser.clone(), limits })?
             }
         };
-        Ok(Settings { goal, ..self.settings.clone() })
+        Ok(BakeSettings { target, ..self.settings.clone() })
     }
 
     /// Returns the arguments of `planish` that bake the same files; defaults are left out.
@@ -181,12 +181,12 @@ fn quoted(word: &str) -> String {
     }
 }
 
-/// Adds the options of all settings that have a value and are not the default.
-fn add_settings(settings: &Settings, add: &mut impl FnMut(&str, String)) {
-    let default = Settings::default();
-    let Settings {
+/// Options of all settings that have a value and are not the default.
+fn add_settings(settings: &BakeSettings, add: &mut impl FnMut(&str, String)) {
+    let default = BakeSettings::default();
+    let BakeSettings {
         // The configuration has a method or a target instead.
-        goal: _,
+        target: _,
         welding,
         normals,
         lambda,

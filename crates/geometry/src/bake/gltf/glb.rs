@@ -1,14 +1,14 @@
-//! The binary container of glTF 2.0 (its specification, §3.6 and §4): JSON in front, one buffer behind, which typed
-//! accessors look into through views.
+//! Binary container of glTF 2.0 (§3.6 and §4 of its specification): a JSON chunk and one buffer, which typed accessors read
+//! through views.
 
 use serde_json::{Map, Value, json};
 
-/// A chunk or the whole file is longer than its 32-bit length can say.
+/// Error of a file that is longer than the 32-bit lengths of binary glTF can express.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("a binary glTF file of more than 4 GiB cannot be written")]
 pub struct TooLarge;
 
-/// All parts of the file begin at multiples of this.
+/// Chunks and views begin at multiples of this number of bytes.
 const ALIGNMENT: usize = 4;
 
 const FLOAT: u32 = 5126;
@@ -17,10 +17,10 @@ const UNSIGNED_INT: u32 = 5125;
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
-/// The highest index is kept free: it restarts a strip.
+/// Largest number of vertices with 16-bit indices; the highest index is reserved because it restarts a strip.
 const VERTICES_OF_SHORT_INDICES: usize = u16::MAX as usize;
 
-/// Collects binary data and describes it.
+/// Buffer of a file, with its views and accessors.
 #[derive(Default)]
 pub(super) struct Buffer {
     bytes: Vec<u8>,
@@ -29,12 +29,12 @@ pub(super) struct Buffer {
 }
 
 impl Buffer {
-    /// With room for this many bytes.
+    /// Makes an empty buffer with space for a number of bytes.
     pub(super) fn with_capacity(bytes: usize) -> Self {
         Self { bytes: Vec::with_capacity(bytes), ..Self::default() }
     }
 
-    /// A view of so many bytes, and the bytes to be filled in.
+    /// Adds a view of `length` bytes, and returns its index and the bytes to fill in.
     fn view(&mut self, length: usize, target: Option<u32>) -> (usize, &mut [u8]) {
         let start = self.bytes.len().next_multiple_of(ALIGNMENT);
         self.bytes.resize(start + length, 0);
@@ -45,18 +45,20 @@ impl Buffer {
         self.views.push(view);
         (self.views.len() - 1, &mut self.bytes[start..])
     }
+    /// Adds an accessor and returns its index.
     fn accessor(&mut self, accessor: Value) -> usize {
         self.accessors.push(accessor);
         self.accessors.len() - 1
     }
 
-    /// Adds a file of any kind and gives its view.
+    /// Adds a file of any kind and returns the index of its view.
     pub(super) fn file(&mut self, bytes: &[u8]) -> usize {
         let (view, out) = self.view(bytes.len(), None);
         out.copy_from_slice(bytes);
         view
     }
-    /// Adds a value for each vertex, at least one and all finite, and gives its accessor, bounds included.
+    /// Adds a value for each vertex and returns the index of its accessor, which has the bounds. There must be at least one
+    /// value, and all must be finite.
     pub(super) fn attribute<const N: usize>(&mut self, values: &[[f32; N]]) -> usize {
         let (view, out) = self.view(size_of_val(values), Some(ARRAY_BUFFER));
         for (out, x) in out.as_chunks_mut().0.iter_mut().zip(values.as_flattened()) {
@@ -73,7 +75,7 @@ impl Buffer {
             "min": min, "max": max,
         }))
     }
-    /// Adds triangles over so many vertices, at least one, and gives their accessor.
+    /// Adds at least one triangle between `vertices` vertices, and returns the index of the accessor.
     pub(super) fn indices(&mut self, triangles: &[[u32; 3]], vertices: usize) -> usize {
         let indices = triangles.as_flattened();
         let short = vertices <= VERTICES_OF_SHORT_INDICES;
@@ -91,7 +93,7 @@ impl Buffer {
         self.accessor(json!({ "bufferView": view, "componentType": kind, "count": indices.len(), "type": "SCALAR" }))
     }
 
-    /// The file: a document whose indices are those that were given here, and the data.
+    /// Finishes the file with a document that uses the indices returned before.
     pub(super) fn finish(mut self, mut document: Map<String, Value>) -> Result<Vec<u8>, TooLarge> {
         self.bytes.resize(self.bytes.len().next_multiple_of(ALIGNMENT), 0);
         if !self.bytes.is_empty() {
@@ -106,7 +108,7 @@ impl Buffer {
         if !self.bytes.is_empty() {
             head.extend([length(&self.bytes)?, *b"BIN\0"].as_flattened());
         }
-        // What is long moves within its memory; a second one would cost as much as all the rest.
+        // The data move within their own memory, because a copy would double the memory that is needed.
         let mut out = self.bytes;
         out.splice(0..0, head);
         let total = length(&out)?;
@@ -115,7 +117,7 @@ impl Buffer {
     }
 }
 
-/// Adds a list to a document, in which empty ones are not allowed.
+/// Adds a list to a document unless it is empty, which glTF does not allow.
 pub(super) fn insert_list(document: &mut Map<String, Value>, name: &str, list: Vec<Value>) {
     if !list.is_empty() {
         document.insert(name.to_owned(), list.into());

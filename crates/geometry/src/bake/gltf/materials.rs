@@ -1,4 +1,4 @@
-//! Materials, and the images behind them.
+//! Materials of a glTF file, with their textures and images.
 
 use super::glb::{self, Buffer};
 use super::{Carrier, Filter, Textures};
@@ -6,7 +6,7 @@ use crate::mesh::jagged::Index;
 use crate::source::materials::CARRIER_MATERIAL;
 use serde_json::{Map as Object, Value, json};
 
-/// Where a material says nothing about its colour; that of [`CARRIER_MATERIAL`] in material libraries, too.
+/// Base colour of materials without one, as for [`CARRIER_MATERIAL`] in material libraries.
 const GREY: [f32; 3] = [0.8; 3];
 const ROUGHNESS: f64 = 0.8;
 
@@ -23,28 +23,28 @@ pub(super) fn media_type(bytes: &[u8]) -> &'static str {
     }
 }
 
-/// Whether glTF takes such images as textures.
+/// True if glTF allows textures of this media type.
 fn is_texture(media_type: &str) -> bool {
     matches!(media_type, "image/png" | "image/jpeg")
 }
 
-/// The lists of a document that belong to materials.
+/// Lists of materials, textures, images and samplers of a document.
 pub(super) struct Materials<'a> {
     carrier: &'a Carrier<'a>,
-    /// None where the mesh has no texture coordinates to look them up at.
+    /// Texture files; `None` if the mesh has no texture coordinates.
     files: Option<Textures<'a>>,
-    /// What each material says about the map.
+    /// Description of the maps, which each material repeats.
     extras: Value,
     materials: Vec<Value>,
     textures: Vec<Value>,
     images: Vec<Value>,
     samplers: Vec<Value>,
-    /// Textures by file name; none where the file is not there or of no use.
+    /// Textures by file name; `None` if the file does not exist or glTF does not allow its type.
     known: Vec<(String, Option<usize>)>,
 }
 
 impl<'a> Materials<'a> {
-    /// No materials yet, but the map.
+    /// Adds the displacement map, but no materials yet.
     pub(super) fn new(buffer: &mut Buffer, carrier: &'a Carrier, files: Option<Textures<'a>>) -> Self {
         let (materials, textures, images) = (Vec::new(), Vec::new(), Vec::new());
         let (samplers, known, extras) = (Vec::new(), Vec::new(), Value::Null);
@@ -53,6 +53,7 @@ impl<'a> Materials<'a> {
         new
     }
 
+    /// Adds the displacement map and returns its description.
     fn displacement(&mut self, buffer: &mut Buffer) -> Value {
         let map = &self.carrier.map;
         let media_type = media_type(map.bytes);
@@ -76,16 +77,18 @@ impl<'a> Materials<'a> {
         entry.extend(map.entry.clone());
         entry.into()
     }
+    /// Adds an image and returns its index.
     fn image(&mut self, buffer: &mut Buffer, name: &str, bytes: &[u8]) -> usize {
         let view = buffer.file(bytes);
         self.images.push(json!({ "name": name, "bufferView": view, "mimeType": media_type(bytes) }));
         self.images.len() - 1
     }
+    /// Adds a texture and returns its index.
     fn texture(&mut self, texture: Value) -> usize {
         self.textures.push(texture);
         self.textures.len() - 1
     }
-    /// Texture of a file that holds colours.
+    /// Index of the texture of an image file; `None` if the file cannot be used.
     fn colours(&mut self, buffer: &mut Buffer, file: &str) -> Option<usize> {
         if let Some((_, texture)) = self.known.iter().find(|(name, _)| name == file) {
             return *texture;
@@ -99,11 +102,11 @@ impl<'a> Materials<'a> {
         texture
     }
 
-    /// Adds the material that faces name, or the one of those that name none, and gives its index.
+    /// Adds a material of the mesh, or the default material for `None`, and returns its index.
     pub(super) fn add(&mut self, buffer: &mut Buffer, material: Option<Index>) -> usize {
         let names = &self.carrier.model.data().materials();
         let name = material.map_or(CARRIER_MATERIAL.into(), |m| String::from_utf8_lossy(&names[m as usize]));
-        // Libraries are searched in their order, so the first of several materials of a name is meant.
+        // If several libraries define the name, the first one counts.
         let found = material.and_then(|_| self.carrier.materials.iter().find(|m| m.name == name));
         let texture = found.and_then(|m| m.diffuse_texture.as_ref()).and_then(|file| self.colours(buffer, file));
         let default = if texture.is_some() { [1.0; 3] } else { GREY };
@@ -114,15 +117,15 @@ impl<'a> Materials<'a> {
         if let Some(texture) = texture {
             shading["baseColorTexture"] = json!({ "index": texture });
         }
-        // The normal map is named, not attached as `normalTexture`: it turns the normals of the mesh as it is into
-        // those of the denoised surface, which the morph target does as well, and together they would do it twice.
+        // The normal map is described, not attached as `normalTexture`: it changes the normals to those of the denoised
+        // surface, which the morph target does as well, and together they would do it twice.
         self.materials.push(json!({
             "name": name, "pbrMetallicRoughness": shading, "doubleSided": true, "extras": { "planish": self.extras },
         }));
         self.materials.len() - 1
     }
 
-    /// Puts the lists into a document.
+    /// Adds the lists to a document.
     pub(super) fn insert_into(self, document: &mut Object<String, Value>) {
         glb::insert_list(document, "materials", self.materials);
         glb::insert_list(document, "textures", self.textures);

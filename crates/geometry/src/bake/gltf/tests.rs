@@ -1,4 +1,4 @@
-//! What is written is read back here with as little as it takes.
+//! Tests of glTF files with a minimal reader of their own.
 
 use super::*;
 use crate::mesh::normals::{self, FaceWeight};
@@ -13,7 +13,7 @@ use std::cell::RefCell;
 const PNG: &[u8] = b"\x89PNG\r\n\x1a\n, as far as this goes";
 const EXR: &[u8] = b"\x76\x2f\x31\x01\x02";
 
-/// A file taken apart.
+/// JSON and buffer of a parsed file.
 struct Parsed {
     json: Value,
     binary: Vec<u8>,
@@ -54,7 +54,7 @@ impl Parsed {
     fn primitives(&self) -> &[Value] {
         self.json["meshes"][0]["primitives"].as_array().unwrap()
     }
-    /// All primitives must have the same ones.
+    /// Values of an attribute, which all primitives must share.
     fn attribute<const N: usize>(&self, name: &str) -> Vec<[f32; N]> {
         let attributes = &self.primitives()[0]["attributes"];
         assert!(self.primitives().iter().all(|p| &p["attributes"] == attributes));
@@ -86,7 +86,7 @@ impl Parsed {
 struct Owned {
     model: Model,
     normals: Vec<Vec3>,
-    places: Vec<Option<Vec2>>,
+    samples: Vec<Option<Vec2>>,
     denoised: Vec<DVec3>,
     denoised_normals: Vec<DVec3>,
     materials: Vec<Material>,
@@ -103,9 +103,9 @@ impl Owned {
         let moved = (0..).zip(surface.positions()).map(|(i, p)| centre + (*p - centre) / 2.0 + aside(i));
         let denoised: Vec<DVec3> = moved.collect();
         let denoised_normals = normals::vertex_normals(&surface.at(denoised.clone()), FaceWeight::Angle);
-        let place = |i: usize| (i % 5 != 4).then(|| Vec2::new(0.125 + i as f32 / 1024.0, 0.25));
-        let places = (0..model.data().positions().len()).map(place).collect();
-        Self { model, normals, places, denoised, denoised_normals, materials: Vec::new() }
+        let sample = |i: usize| (i % 5 != 4).then(|| Vec2::new(0.125 + i as f32 / 1024.0, 0.25));
+        let samples = (0..model.data().positions().len()).map(sample).collect();
+        Self { model, normals, samples, denoised, denoised_normals, materials: Vec::new() }
     }
     fn carrier(&self) -> Carrier<'_> {
         let Value::Object(entry) = json!({ "file": "a.png", "layout": "uv", "bias": -0.5 }) else { unreachable!() };
@@ -113,7 +113,7 @@ impl Owned {
             name: "a",
             model: &self.model,
             normals: &self.normals,
-            places: &self.places,
+            sample_at: &self.samples,
             denoised: &self.denoised,
             denoised_normals: &self.denoised_normals,
             origin: DVec3::ZERO,
@@ -164,7 +164,7 @@ fn written(owned: &Owned, origin: DVec3) -> Parsed {
     Parsed::new(&glb(&Carrier { origin, ..owned.carrier() }, &no_files).unwrap())
 }
 
-/// What the corners of a triangle show: position, v down texture coordinates, place.
+/// What the corners of a triangle show: position, v down texture coordinates, sample.
 type Shown = [([f32; 3], [f32; 2], [f32; 2]); 3];
 
 fn shown_by_model(owned: &Owned, origin: DVec3, material: Option<Index>) -> Vec<Shown> {
@@ -173,10 +173,10 @@ fn shown_by_model(owned: &Owned, origin: DVec3, material: Option<Index>) -> Vec<
         |uv: Option<DVec2>| uv.filter(|uv| uv.is_finite()).map_or([0.0; 2], |uv| [uv.x as f32, (1.0 - uv.y) as f32]);
     let corner = |c: Index| {
         let source = model.source_corner(c);
-        let place = down(owned.places[source.position as usize].map(Vec2::as_dvec2));
+        let sample = down(owned.samples[source.position as usize].map(Vec2::as_dvec2));
         let uvs = model.data().uvs();
-        let uv = if uvs.is_empty() { place } else { down(source.uv().map(|vt| uvs[vt as usize])) };
-        ((surface.at_corner(c) - origin).as_vec3().to_array(), uv, place)
+        let uv = if uvs.is_empty() { sample } else { down(source.uv().map(|vt| uvs[vt as usize])) };
+        ((surface.at_corner(c) - origin).as_vec3().to_array(), uv, sample)
     };
     let of_material =
         |t: &&[Index; 3]| model.data().face_material(model.source_face(surface.topology().face(t[0]))) == material;
@@ -188,7 +188,7 @@ fn triangles_show_what_the_model_has_material_by_material_in_its_order() {
     for (owned, origin) in family() {
         let parsed = written(&owned, origin);
         let (positions, uvs) = (parsed.attribute::<3>("POSITION"), parsed.attribute::<2>("TEXCOORD_0"));
-        let places = parsed.attribute::<2>("TEXCOORD_1");
+        let samples = parsed.attribute::<2>("TEXCOORD_1");
         let names = owned.model.data().materials().iter().map(|n| String::from_utf8_lossy(n).into_owned());
         let mut groups: Vec<(Option<Index>, String)> = (0..).map(Some).zip(names).collect();
         groups.insert(0, (None, CARRIER_MATERIAL.to_owned()));
@@ -197,7 +197,7 @@ fn triangles_show_what_the_model_has_material_by_material_in_its_order() {
         let mut count = 0;
         for (primitive, (material, name)) in parsed.primitives().iter().zip(groups) {
             let triangles = parsed.triangles(primitive);
-            let shown: Vec<Shown> = triangles.iter().map(|t| t.map(|i| (positions[i], uvs[i], places[i]))).collect();
+            let shown: Vec<Shown> = triangles.iter().map(|t| t.map(|i| (positions[i], uvs[i], samples[i]))).collect();
             assert_eq!(shown, shown_by_model(&owned, origin, material));
             assert_eq!(parsed.json["materials"][primitive["material"].as_u64().unwrap() as usize]["name"], name);
             count += triangles.len();

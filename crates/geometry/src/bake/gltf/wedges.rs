@@ -3,24 +3,25 @@
 use crate::mesh::jagged::{Index, Ragged};
 use crate::source::model::Model;
 
-/// Distinct pairs of source vertex and texture coordinates, in the order of the source; #W of them.
+/// Distinct pairs of source vertex and texture coordinates, #W in number, in the order of the source.
 pub(super) struct Wedges {
     /// Source vertex of each wedge. #W, ascending
     pub(super) sources: Vec<Index>,
-    /// Index of its texture coordinates; none where a corner names none. #W
+    /// Index of each wedge's texture coordinates; `None` if the corners have none. #W
     pub(super) uvs: Vec<Option<Index>>,
-    /// Wedge at each corner of the surface.
+    /// Wedge of each corner of the surface.
     of_corner: Vec<Index>,
 }
 
 impl Wedges {
+    /// Collects the wedges at the corners of the surface.
     pub(super) fn new(model: &Model) -> Self {
         let corners = model.surface().topology().faces().items().len();
         let named = (0..corners as Index).map(|c| {
             let corner = model.source_corner(c);
             (corner.position, (corner.uv(), c))
         });
-        // All corners of a source vertex next to each other make a search among a few out of one among all.
+        // Grouped by source vertex, equal pairs are found among a few corners, without sorting all of them.
         let mut by_source = Ragged::group(model.data().positions().len(), named);
         by_source.for_each_mut(<[_]>::sort_unstable);
         let mut wedges = Self { sources: Vec::new(), uvs: Vec::new(), of_corner: vec![0; corners] };
@@ -35,15 +36,16 @@ impl Wedges {
         }
         wedges
     }
+    /// Number of wedges.
     pub(super) fn len(&self) -> usize {
         self.sources.len()
     }
-    /// Whether any corner names texture coordinates.
+    /// True if any corner has texture coordinates.
     pub(super) fn have_uvs(&self) -> bool {
         self.uvs.iter().any(Option::is_some)
     }
-    /// Wedges of the surface's triangles, grouped by the material of their face: list 0 has none, list m + 1 the
-    /// material m. Within a list they keep the order of the faces.
+    /// Wedges of the surface's triangles, grouped by the material of their face. List 0 has no material, list m + 1 has
+    /// material m, and within a list triangles keep the order of the faces.
     pub(super) fn triangles(&self, model: &Model) -> Ragged<[Index; 3]> {
         let surface = model.surface();
         let triangles = surface.triangle_corners().iter().map(|corners| {

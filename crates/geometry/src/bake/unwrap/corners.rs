@@ -1,4 +1,4 @@
-//! From corners of triangles to corners of the source, of which each has one place.
+//! From packed corners of triangles to corners of the source, each with one texture coordinate.
 
 use super::GUTTER;
 use super::xatlas::Packing;
@@ -6,43 +6,46 @@ use crate::mesh::jagged::{Index, Ragged};
 use crate::source::model::Model;
 use glam::{DVec3, Vec2};
 
+/// Index of a corner that no chart contains.
 const ABSENT: Index = Index::MAX;
 
-/// Place of each corner of the surface, as an index into the packing; absent where no chart takes its triangles.
-/// Second, faces whose corners have several places: a polygon that lies in more than one chart.
+/// Packed vertex of each corner of the surface, [`ABSENT`] where no chart contains its triangles, and the polygons that lie
+/// in several charts, so that some corner has several packed vertices.
 pub(super) fn of_surface(model: &Model, packing: &Packing) -> (Vec<Index>, Vec<Index>) {
     let topology = model.surface().topology();
-    let mut places = vec![ABSENT; topology.faces().items().len()];
+    let mut packed = vec![ABSENT; topology.faces().items().len()];
     let mut split = Vec::new();
     for (triangle, found) in model.surface().triangle_corners().iter().zip(packing.corners.as_chunks::<3>().0) {
         for (&corner, &found) in triangle.iter().zip(found) {
-            let place = &mut places[corner as usize];
-            if packing.vertices[found as usize].chart.is_none() || *place == found {
+            let packed = &mut packed[corner as usize];
+            if packing.vertices[found as usize].chart.is_none() || *packed == found {
                 continue;
             }
-            if *place == ABSENT {
-                *place = found;
+            if *packed == ABSENT {
+                *packed = found;
             } else {
                 split.push(topology.face(corner));
             }
         }
     }
     split.dedup();
-    (places, split)
+    (packed, split)
 }
 
-/// Texture coordinates, and for each corner of the source which one; what is not in the surface (collapsed and repeated
-/// faces) and what has no area lies in a chart with its neighbours.
+/// Texture coordinates (#vt×2, v up) and the index of those of each corner of the source (#c).
+///
+/// Faces that the surface leaves out (collapsed and repeated ones) and faces without area get coordinates in a chart of
+/// their neighbours.
 pub(super) fn of_source(model: &Model, packing: &Packing, side: u32) -> (Vec<Vec2>, Vec<Index>) {
-    let (places, _) = of_surface(model, packing);
+    let (packed, _) = of_surface(model, packing);
     let topology = model.surface().topology();
-    let wedges = (0..).zip(&places).filter(|(_, place)| **place != ABSENT);
-    let wedges = Ragged::group(topology.vertex_count(), wedges.map(|(c, &place)| (topology.vertex(c), place)));
+    let wedges = (0..).zip(&packed).filter(|(_, packed)| **packed != ABSENT);
+    let wedges = Ragged::group(topology.vertex_count(), wedges.map(|(c, &packed)| (topology.vertex(c), packed)));
     let mut corners = vec![ABSENT; model.data().faces().items().len()];
-    for (corner, &place) in (0..).zip(&places) {
-        corners[model.source_corner_index(corner) as usize] = place;
+    for (corner, &packed) in (0..).zip(&packed) {
+        corners[model.source_corner_index(corner) as usize] = packed;
     }
-    let mut points: Vec<Vec2> = packing.vertices.iter().map(|v| v.at).collect();
+    let mut points: Vec<Vec2> = packing.vertices.iter().map(|v| v.position).collect();
     for face in 0..model.data().faces().len() as Index {
         let range = model.data().faces().range(face);
         if corners[range.clone()].contains(&ABSENT) {
@@ -50,27 +53,28 @@ pub(super) fn of_source(model: &Model, packing: &Packing, side: u32) -> (Vec<Vec
             complete(model, packing, &wedges, &vertices, &mut corners[range], &mut points);
         }
     }
-    // Only what is named, in the order of the source.
-    let mut line = vec![ABSENT; points.len()];
+    // Points that some corner uses become texture coordinates, in the order of the source.
+    let mut uv_of_point = vec![ABSENT; points.len()];
     let mut uvs = Vec::new();
     for corner in &mut corners {
-        let line = &mut line[*corner as usize];
-        if *line == ABSENT {
-            *line = uvs.len() as Index;
+        let uv = &mut uv_of_point[*corner as usize];
+        if *uv == ABSENT {
+            *uv = uvs.len() as Index;
             uvs.push(((points[*corner as usize] + GUTTER as f32) / side as f32).clamp(Vec2::ZERO, Vec2::ONE));
         }
-        *corner = *line;
+        *corner = *uv;
     }
     (uvs, corners)
 }
 
+/// Vertex of the surface at a corner of the source.
 fn vertex(model: &Model, corner: crate::source::Corner) -> Index {
     model.weld().vertex_of()[corner.position as usize]
 }
 
-/// Gives the corners of one face that have no place one: in the chart where most of its vertices are, and where that
-/// one lacks a vertex, on the line between its neighbours in the face. A face that knows nobody shrinks to the corner
-/// of the map, which is free.
+/// Gives each absent corner of one face a point: that of its vertex in the chart with most vertices of the face, or one on
+/// the line between the nearest present corners of the face. A face without any present corner shrinks to the corner of
+/// the map, which the gutter keeps free.
 fn complete(
     model: &Model,
     packing: &Packing,
@@ -79,9 +83,9 @@ fn complete(
     corners: &mut [Index],
     points: &mut Vec<Vec2>,
 ) {
-    let chart_of = |place: Index| packing.vertices.get(place as usize).and_then(|v| v.chart);
+    let chart_of = |point: Index| packing.vertices.get(point as usize).and_then(|v| v.chart);
     let in_chart = |v: Index, chart: Index| wedges.get(v).iter().copied().find(|&w| chart_of(w) == Some(chart));
-    let known = corners.iter().find_map(|&place| chart_of(place));
+    let known = corners.iter().find_map(|&point| chart_of(point));
     let charts = || vertices.iter().flat_map(|&v| wedges.get(v)).filter_map(|&w| chart_of(w));
     let members = |chart: &Index| vertices.iter().filter(|&&v| in_chart(v, *chart).is_some()).count();
     let chart = known.or_else(|| charts().max_by_key(|c| (members(c), std::cmp::Reverse(*c))));
@@ -99,7 +103,7 @@ fn complete(
         let point = match before.zip(after) {
             None => Vec2::splat(-(GUTTER as f32)),
             Some((i, j)) => {
-                let t = along(position(i), position(j), position(k));
+                let t = fraction_along(position(i), position(j), position(k));
                 points[at[i] as usize].lerp(points[at[j] as usize], t)
             }
         };
@@ -108,9 +112,9 @@ fn complete(
     }
 }
 
-/// Where the foot of a point lies on the line from `a` to `b`, 0..=1.
-fn along(a: DVec3, b: DVec3, point: DVec3) -> f32 {
-    let way = b - a;
-    let t = (point - a).dot(way) / way.length_squared();
+/// Position of a point's projection on the segment from `a` to `b`, from 0 at `a` to 1 at `b`.
+fn fraction_along(a: DVec3, b: DVec3, point: DVec3) -> f32 {
+    let direction = b - a;
+    let t = (point - a).dot(direction) / direction.length_squared();
     if t.is_finite() { t.clamp(0.0, 1.0) as f32 } else { 0.0 }
 }

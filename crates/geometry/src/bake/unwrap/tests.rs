@@ -80,7 +80,7 @@ fn charts_of_texels(model: &Model, atlas: &Atlas, coverage: &Coverage) -> Vec<Op
 }
 
 #[test]
-fn every_corner_has_a_place_and_no_two_faces_share_texels() {
+fn every_corner_has_texture_coordinates_and_no_two_faces_share_texels() {
     for before in meshes() {
         let model = laid_out(&before, SIDE);
         let (surface, atlas) = (model.surface(), model.atlas().unwrap());
@@ -138,7 +138,7 @@ fn it_stops_when_asked_to() {
 }
 
 #[test]
-fn faces_that_are_none_get_places_too() {
+fn faces_outside_the_surface_get_texture_coordinates_too() {
     // Vertex 9 lies on an edge of the cube; a triangle without area, a repeated face, a collapsed one, and one that
     // hangs on the edge by a single vertex.
     let text = file(&shapes::cube()) + "v 0.5 0 0\nv 7 7 7\nf 1 2 9\nf 1 2 3\nf 1 2 1\nf 3 10 10\n";

@@ -1,5 +1,5 @@
-//! xatlas on a thread of its own, because its callback must own what it touches, and because a long step of it must
-//! not keep the caller from stopping.
+//! xatlas on a thread of its own: its callback must own the values that it uses, and its long steps must not keep the
+//! caller from stopping.
 
 use super::UnwrapError;
 use crate::mesh::jagged::Index;
@@ -11,91 +11,96 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 use xatlas_rs_v2::{ChartOptions, IndexData, MeshData, MeshDecl, PackOptions, Xatlas};
 
-/// How often the caller is asked whether to stop.
-const TICK: Duration = Duration::from_millis(20);
+/// Time between two questions to the caller whether to stop.
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Triangles to lay out.
 pub(super) struct Triangles {
-    /// x, y and z of each vertex.
+    /// Coordinates x, y and z of each vertex, one after the other.
     pub(super) positions: Vec<f32>,
-    /// Vertices of the triangles, three each.
+    /// Vertices of the triangles, three for each.
     pub(super) indices: Vec<Index>,
-    /// No chart has triangles of two regions. #T
+    /// Region of each triangle; no chart contains triangles of two regions. #T
     pub(super) regions: Vec<u32>,
 }
 
-/// How fine charts are packed.
+/// Scale at which charts are packed.
 #[derive(Clone, Copy)]
 pub(super) enum Scale {
-    /// Such that they fill a square of about this side.
+    /// Scale at which the charts fill a square of about this side, texels.
     About(u32),
-    /// Texels in the length of one.
+    /// Texels for each unit of length.
     TexelsPerUnit(f32),
 }
 
-/// A vertex in one chart.
+/// Packed vertex of one chart.
 #[derive(Clone, Copy)]
-pub(super) struct Placed {
-    /// Texels.
-    pub(super) at: Vec2,
-    /// None where no chart takes its triangle, which has no area then.
+pub(super) struct PackedVertex {
+    /// Position in the packing, texels.
+    pub(super) position: Vec2,
+    /// Chart of the vertex; `None` if its triangles have no area.
     pub(super) chart: Option<Index>,
 }
 
-/// Charts side by side.
+/// Charts side by side in one square.
 pub(super) struct Packing {
-    /// Longer side of what they take, texels.
+    /// Longer side of the bounding box of all charts, texels.
     pub(super) extent: u32,
+    /// Scale of the charts, texels for each unit of length.
     pub(super) texels_per_unit: f32,
-    pub(super) vertices: Vec<Placed>,
-    /// In `vertices`, of each triangle's corners.
+    /// Vertices of all charts.
+    pub(super) vertices: Vec<PackedVertex>,
+    /// Index into `vertices` of each corner of the triangles, three for each.
     pub(super) corners: Vec<Index>,
 }
 
+/// Values that the caller, the thread and the callback of xatlas share.
 #[derive(Default)]
 struct Shared {
     cancelled: AtomicBool,
     percent: AtomicU32,
 }
 
-/// Charts that wait to be packed.
+/// Thread that has cut charts and packs them on request.
 pub(super) struct Session {
-    orders: Sender<Scale>,
+    requests: Sender<Scale>,
     ready: Receiver<()>,
     packings: Receiver<Packing>,
     shared: Arc<Shared>,
 }
 
 impl Session {
-    /// Cuts triangles into charts.
+    /// Starts a thread, and waits until it has cut the triangles into charts.
     pub(super) fn cut(triangles: Triangles, gutter: u32, progress: &dyn Progress) -> Result<Self, UnwrapError> {
-        let (orders, incoming) = channel();
-        let (say_ready, ready) = channel();
-        let (answers, packings) = channel();
+        let (requests, incoming) = channel();
+        let (send_ready, ready) = channel();
+        let (results, packings) = channel();
         let shared = Arc::new(Shared::default());
         let of_thread = Arc::clone(&shared);
-        std::thread::spawn(move || work(&triangles, gutter, &of_thread, &say_ready, &incoming, &answers));
-        let session = Self { orders, ready, packings, shared };
+        std::thread::spawn(move || work(&triangles, gutter, &of_thread, &send_ready, &incoming, &results));
+        let session = Self { requests, ready, packings, shared };
         progress.stage("cutting charts");
         session.wait(&session.ready, progress)?;
         Ok(session)
     }
 
+    /// Packs the charts at a scale and waits for the result.
     pub(super) fn pack(&self, scale: Scale, progress: &dyn Progress) -> Result<Packing, UnwrapError> {
         progress.stage("packing charts");
-        self.orders.send(scale).map_err(|_| UnwrapError::Failed)?;
+        self.requests.send(scale).map_err(|_| UnwrapError::Failed)?;
         self.wait(&self.packings, progress)
     }
 
-    fn wait<T>(&self, answer: &Receiver<T>, progress: &dyn Progress) -> Result<T, UnwrapError> {
+    /// Waits for a message of the thread, passes progress on, and stops when the caller cancels.
+    fn wait<T>(&self, message: &Receiver<T>, progress: &dyn Progress) -> Result<T, UnwrapError> {
         loop {
             if progress.cancelled() {
-                // The thread ends when it next looks; nobody waits for it.
+                // The thread reads this flag from time to time and ends by itself.
                 self.shared.cancelled.store(true, Ordering::Relaxed);
                 return Err(Cancelled.into());
             }
-            match answer.recv_timeout(TICK) {
-                Ok(answer) => return Ok(answer),
+            match message.recv_timeout(POLL_INTERVAL) {
+                Ok(message) => return Ok(message),
                 Err(RecvTimeoutError::Timeout) => {
                     progress.done(f64::from(self.shared.percent.load(Ordering::Relaxed)) / 100.0);
                 }
@@ -111,13 +116,13 @@ impl Drop for Session {
     }
 }
 
-/// The thread: charts once, then a packing for each order, until nobody asks any more.
+/// Work of the thread: cuts charts once, then packs them for each request until the session is dropped.
 fn work(
     triangles: &Triangles,
     gutter: u32,
     shared: &Arc<Shared>,
     ready: &Sender<()>,
-    orders: &Receiver<Scale>,
+    requests: &Receiver<Scale>,
     packings: &Sender<Packing>,
 ) {
     let mesh = MeshDecl {
@@ -127,7 +132,7 @@ fn work(
         ..MeshDecl::default()
     };
     let mut xatlas = Xatlas::new();
-    // Called from any of its threads: atomics only.
+    // Any thread of xatlas may call this function, so it uses atomics only.
     let of_callback = Arc::clone(shared);
     xatlas.set_progress_callback(move |_, percent| {
         of_callback.percent.store(percent.clamp(0, 100).unsigned_abs(), Ordering::Relaxed);
@@ -140,17 +145,17 @@ fn work(
     if shared.cancelled.load(Ordering::Relaxed) || ready.send(()).is_err() {
         return;
     }
-    for scale in orders {
+    for scale in requests {
         let (resolution, texels_per_unit) = match scale {
             Scale::About(side) => (side, 0.0),
             Scale::TexelsPerUnit(texels) => (0, texels),
         };
-        // What it calls rotation swaps u and v, and so turns charts over.
+        // The rotation of xatlas swaps u and v, which mirrors charts.
         let rotate_charts = false;
         let options =
             PackOptions { resolution, texels_per_unit, rotate_charts, padding: gutter, ..PackOptions::default() };
         xatlas.pack_charts(&options);
-        // Without charts there are no arrays to look at.
+        // Without charts xatlas has no arrays to read.
         if shared.cancelled.load(Ordering::Relaxed) || xatlas.chart_count() == 0 {
             return;
         }
@@ -161,6 +166,7 @@ fn work(
     }
 }
 
+/// Copies the packed charts out of xatlas.
 fn read(xatlas: &Xatlas) -> Packing {
     let mut packing = Packing {
         extent: xatlas.width().max(xatlas.height()),
@@ -169,8 +175,11 @@ fn read(xatlas: &Xatlas) -> Packing {
         corners: Vec::new(),
     };
     for mesh in xatlas.meshes() {
-        let place = |v: &xatlas_rs_v2::Vertex| Placed { at: v.uv.into(), chart: Index::try_from(v.chart_index).ok() };
-        packing.vertices.extend(mesh.vertex_array.iter().map(place));
+        let packed = |v: &xatlas_rs_v2::Vertex| PackedVertex {
+            position: v.uv.into(),
+            chart: Index::try_from(v.chart_index).ok(),
+        };
+        packing.vertices.extend(mesh.vertex_array.iter().map(packed));
         packing.corners.extend_from_slice(mesh.index_array);
     }
     packing

@@ -7,7 +7,7 @@ use crate::app::bake_config;
 use crate::app::document::{self, Map};
 use egui::{Color32, ColorImage, Rect, Sense, Ui, Vec2, pos2};
 use planish_files::words;
-use planish_geometry::bake::{Carriers, LayoutChoice, Settings};
+use planish_geometry::bake::{BakeSettings, Carriers, LayoutChoice};
 use planish_geometry::map::displacement::{Displacement, TexelFormat};
 use std::sync::Arc;
 
@@ -112,7 +112,7 @@ fn texel(map: &Map, [x, y]: [f32; 2]) -> Option<String> {
     Some(format!("texel ({column}, {row})\n{heights} model units"))
 }
 
-fn settings(ui: &mut Ui, settings: &mut Settings) {
+fn settings(ui: &mut Ui, settings: &mut BakeSettings) {
     choose(ui, "map", &mut settings.map, bake_config::maps());
     choose(ui, "layout", &mut settings.layout, bake_config::layouts());
     if settings.layout == LayoutChoice::Vertex {
