@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use crate::input;
 use crate::method;
 use crate::output::{self, Folder};
-use crate::words::{count, volume_not_restored};
+use crate::text::{count, volume_not_restored};
 use planish_geometry::bake::{self, BakeError, Belongings, Bundle, Fallback, Goal, LayoutChoice, Names, Settings};
 use planish_geometry::denoise::Denoising;
 use planish_geometry::map::manifest::{self, HeightsLoss, Layout, Target};

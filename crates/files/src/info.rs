@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::input;
-use crate::words::count;
+use crate::text::count;
 use planish_geometry::map::layout_issues::Findings;
 use planish_geometry::map::map_size::{self, Spacing};
 use planish_geometry::map::{Coverage, Size};

@@ -10,4 +10,4 @@ pub mod map_files;
 pub mod method;
 pub mod output;
 pub mod terminal;
-pub mod words;
+pub mod text;

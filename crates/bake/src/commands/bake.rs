@@ -6,7 +6,7 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::output::Folder;
 use planish_files::bake_files::{self, Job};
-use planish_files::words;
+use planish_files::text;
 use planish_geometry::bake::{self, Carriers, Lambda, LargestSide, LayoutChoice, Quanta, Settings};
 use planish_geometry::map::displacement::{FileFormat, MapKind, TexelFormat};
 use planish_geometry::map::manifest::UvSource;
@@ -142,12 +142,12 @@ fn text(baked: &Wrote) -> String {
         line("size", reason.clone());
     }
     if let Some(limits) = &r.limits {
-        line("limits", words::limits(limits));
+        line("limits", text::limits(limits));
     }
     if let Some(heights) = &r.heights {
-        line("normals", format!("{}; {heights}", words::along(m.normals)));
+        line("normals", format!("{}; {heights}", text::along(m.normals)));
     }
-    line("error", words::errors(r, map.scale));
+    line("error", text::errors(r, map.scale));
     match &r.own_uvs {
         Some(own) => {
             let n = count(own.seam_vertices, "vertex", "vertices");

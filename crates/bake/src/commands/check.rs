@@ -5,7 +5,7 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::input;
 use planish_files::map_files::MapFiles;
-use planish_files::{method, words};
+use planish_files::{method, text};
 use planish_geometry::bake::{self, Goal, WrittenFiles};
 use planish_geometry::denoise::Denoising;
 use planish_geometry::map::manifest::{self, Method, Report};
@@ -71,7 +71,7 @@ pub(crate) fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
         differences: differences(&manifest.report, &report),
     };
     console.report(&checked, || {
-        let errors = words::errors(&report, manifest.displacement.scale);
+        let errors = text::errors(&report, manifest.displacement.scale);
         let verdict = if checked.differences.is_empty() { "as its manifest says" } else { "not as its manifest says" };
         format!("{}: {verdict}\n  error {errors}\n  gap {} at seams\n", checked.manifest, report.seam_gap)
     });

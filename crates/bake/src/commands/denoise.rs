@@ -4,7 +4,7 @@ use crate::args::DenoiseArgs;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::output::Output;
-use planish_files::{method, words};
+use planish_files::{method, text};
 use planish_geometry::denoise::limits::Outcome;
 use planish_geometry::denoise::{Denoising, DenoisingError, Moved, NormalField, auto};
 use planish_geometry::map::manifest::HeightsLoss;
@@ -78,7 +78,7 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
         heights: along.map(|(along, normals)| Heights { normals, loss: along.residual.into() }),
         limits,
     };
-    if let Some(warning) = limits.as_ref().and_then(words::volume_not_restored) {
+    if let Some(warning) = limits.as_ref().and_then(text::volume_not_restored) {
         console.warn(&warning);
     }
     if model.data().normals().is_empty() && args.update_normals {
@@ -95,10 +95,10 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
             max_displacement / mean_edge
         );
         if let Some(Heights { normals, loss }) = &report.heights {
-            let _ = writeln!(text, "  along normals ({}): {loss}", words::along(*normals));
+            let _ = writeln!(text, "  along normals ({}): {loss}", text::along(*normals));
         }
         if let Some(limits) = &report.limits {
-            let _ = writeln!(text, "  limits: {}", words::limits(limits));
+            let _ = writeln!(text, "  limits: {}", text::limits(limits));
         }
         text
     });

@@ -10,7 +10,7 @@ use planish_files::bake_files::{Baked, Job};
 use planish_files::failure::Failure;
 use planish_files::info::{self, Info};
 use planish_files::map_files::MapFiles;
-use planish_files::{input, words};
+use planish_files::{input, text};
 use planish_geometry::map::displace::ShaderVertex;
 use planish_geometry::map::displacement::Displacement;
 use planish_geometry::map::manifest::{self, Manifest};
@@ -197,6 +197,6 @@ pub fn bake(document: &Document, recipe: &Recipe, folder: &Path, progress: &dyn 
 /// A line about the map: size, bits, formula.
 pub fn map_line(manifest: &Manifest) -> String {
     let map = &manifest.displacement;
-    let [bias, scale] = [map.bias, map.scale].map(words::measure);
+    let [bias, scale] = [map.bias, map.scale].map(text::measure);
     format!("{} × {}, {}: {bias} + {scale} · texel", map.width, map.height, map.texel)
 }
