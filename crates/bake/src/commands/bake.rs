@@ -43,7 +43,7 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
     let model = super::model(input, args.welding.weld, console)?;
     let folder = Folder::open(&folder)?;
     let read: Vec<PathBuf> = args.method.masks().chain(&args.target).cloned().collect();
-    let job = Job { input, model: &model, folder: folder.path(), spared: &read };
+    let job = Job { input, model: &model, folder: folder.path(), protected: &read };
     let goal = match &args.target {
         Some(path) => job.target(path)?,
         None => job.method(args.method.denoising(model.data())?)?,

@@ -44,7 +44,7 @@ pub(crate) fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
             Goal::Denoiser(Denoising { denoiser, limits: limits.clone() })
         }
         Method::Target(target) => {
-            let target_path = files.beside(&target.file);
+            let target_path = files.path_of(&target.file);
             let denoised = unchanged(&target_path, &target.sha256, path)?;
             if denoised.data().positions().len() != model.data().positions().len() {
                 return Err(Failure::at(&target_path, "has another number of `v` lines than the mesh"));

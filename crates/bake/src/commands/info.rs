@@ -11,7 +11,7 @@ use std::fmt::Write as _;
 pub(crate) fn run(args: &InfoArgs, console: &Console) -> Result<(), Failure> {
     let model = super::model(&args.input, args.welding.weld, console)?;
     console.stage("looking");
-    let info = info::look(&args.input, &model, console)?;
+    let info = info::inspect(&args.input, &model, console)?;
     console.report(&info, || text(&info));
     Ok(())
 }

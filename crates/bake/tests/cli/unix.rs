@@ -45,7 +45,7 @@ fn a_folder_without_permission_is_refused_before_any_work() {
     if !root {
         folder.refuses("denoise in.obj -o locked/out.obj", &["locked: cannot be written to"]);
         folder.refuses("bake in.obj -o locked", &["locked: cannot be written to"]);
-        folder.refuses("bake in.obj -o locked/new", &["locked/new: cannot be made"]);
+        folder.refuses("bake in.obj -o locked/new", &["locked/new: cannot be created"]);
     }
     set(0o755);
 }

@@ -122,7 +122,7 @@ fn document(files: &Files, progress: &dyn Progress) -> Result<(Document, Option<
     let Opened { mesh, model, scene, map, warnings, .. } = open::open(files, &without_map(), progress)?;
     progress.check()?;
     progress.stage("looking");
-    let mut info = info::look(&mesh, &model, progress)?;
+    let mut info = info::inspect(&mesh, &model, progress)?;
     info.notes.extend(warnings);
     Ok((Document { mesh, model, info, scene: Arc::new(scene) }, map))
 }
@@ -183,7 +183,7 @@ fn picture(scene: &Scene) -> RgbaImage {
 /// Bakes a map for a folder, without writing it.
 pub fn bake(document: &Document, recipe: &Recipe, folder: &Path, progress: &dyn Progress) -> Result<Map, Failure> {
     let read: Vec<PathBuf> = recipe.limits.mask.iter().cloned().collect();
-    let job = Job { input: &document.mesh, model: &document.model, folder, spared: &read };
+    let job = Job { input: &document.mesh, model: &document.model, folder, protected: &read };
     let mut scene = (*document.scene).clone();
     let settings = recipe.settings(&job)?;
     let (map, baked) = open::bake_map(&mut scene, &job, &settings, progress)?;
