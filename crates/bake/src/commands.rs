@@ -1,4 +1,4 @@
-//! One file for each command.
+//! The commands, one in each file.
 
 pub(crate) mod apply;
 pub(crate) mod bake;
