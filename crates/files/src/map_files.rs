@@ -63,7 +63,7 @@ impl MapFiles {
         match error {
             MeshError::Foreign => {
                 let reason = format!(
-                    "is not the mesh that {path} belongs to: it is neither {} nor the carrier {}, byte for byte",
+                    "is not the mesh that {path} belongs to: it is neither {} nor its carrier {}, byte for byte",
                     manifest.source.file, manifest.carrier.obj
                 );
                 Failure::at(mesh, reason)
