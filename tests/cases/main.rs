@@ -9,6 +9,8 @@ mod equivalent;
 #[cfg(test)]
 mod external_meshes;
 #[cfg(test)]
+mod floors;
+#[cfg(test)]
 mod layouts;
 #[cfg(test)]
 mod oracle;

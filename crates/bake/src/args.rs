@@ -141,7 +141,7 @@ pub(crate) struct BakeArgs {
     pub(crate) welding: WeldArgs,
     /// Bake the displacement to this mesh instead: the result of any other denoiser, with the same vertices in the same order
     #[arg(long, value_name = "DENOISED.obj", help_heading = "Denoising")]
-    #[arg(conflicts_with_all = ["MethodArgs", "SettingArgs", "LimitArgs"])]
+    #[arg(conflicts_with_all = method::options())]
     pub(crate) target: Option<PathBuf>,
     /// Strength λ for the normal map and for the settings of other programs: 0 is noisy, 1 is denoised
     #[arg(long, value_name = "L", default_value_t = 1.0, allow_negative_numbers = true, value_parser = finite, help_heading = "Map")]

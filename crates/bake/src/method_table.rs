@@ -125,11 +125,11 @@ pub(crate) fn text(methods: &[Denoiser]) -> String {
 pub(crate) fn json(methods: &[Denoiser]) -> Value {
     let parameter = |method: &Denoiser, p: &Parameter| {
         let (kind, min, max) = match p.values {
-            Values::Count { max, .. } => ("count", Some(0.0), Some(f64::from(max))),
-            Values::Number { min, max, .. } => ("number", Some(min), Some(max)),
-            Values::Word(_) => ("word", None, None),
-            Values::Words(_) => ("words", None, None),
-            Values::Preset(_) => ("preset", None, None),
+            Values::Count { max, .. } => ("count", json!(0), json!(max)),
+            Values::Number { min, max, .. } => ("number", json!(min), json!(max)),
+            Values::Word(_) => ("word", Value::Null, Value::Null),
+            Values::Words(_) => ("words", Value::Null, Value::Null),
+            Values::Preset(_) => ("preset", Value::Null, Value::Null),
         };
         json!({
             "name": p.name,

@@ -5,7 +5,7 @@ use super::values::possible;
 use crate::failure::Failure;
 use crate::method_table::{self, MethodOption};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser, ValueParser};
-use clap::{Arg, ArgAction, ArgGroup, ArgMatches, Args, Command, FromArgMatches, ValueEnum};
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, Id, ValueEnum};
 use planish_geometry::denoise::{Denoiser, Denoising, Values};
 use planish_geometry::source::MeshData;
 use serde_json::Value;
@@ -26,6 +26,12 @@ pub(super) fn denoiser() -> impl TypedValueParser<Value = Denoiser> {
     let every = Denoiser::every();
     let names = every.iter().map(|method| PossibleValue::new(method.name()).help(method_table::summary(method)));
     PossibleValuesParser::new(names.collect::<Vec<_>>()).try_map(|name| Denoiser::named(&name))
+}
+
+/// Lists all options that say how to denoise, which have no meaning if the denoised mesh is given.
+pub(super) fn options() -> Vec<Id> {
+    let command = MethodArgs::augment_args(Command::new("denoise"));
+    command.get_arguments().map(|arg| arg.get_id().clone()).collect()
 }
 
 /// Options for the method, its settings and its limits.
@@ -87,9 +93,7 @@ struct SettingArgs {
 
 impl Args for SettingArgs {
     fn augment_args(command: Command) -> Command {
-        let options = method_table::options();
-        let group = ArgGroup::new("SettingArgs").multiple(true).args(options.iter().map(MethodOption::name));
-        options.iter().fold(command, |command, option| command.arg(arg(option))).group(group)
+        command.args(method_table::options().iter().map(arg))
     }
     fn augment_args_for_update(command: Command) -> Command {
         Self::augment_args(command)

@@ -172,7 +172,7 @@ pub(super) const NOISE_ACROSS: Parameter = Parameter::number(
     "noise-across",
     "/noise_across",
     [0.0, HUGE],
-    "standard deviation of the noise across the normals, at most; equal to --noise where noise goes in all directions",
+    "largest standard deviation of the noise across the normals",
 )
 .label("across")
 .slider(1.0)

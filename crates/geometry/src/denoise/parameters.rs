@@ -249,7 +249,8 @@ impl Parameter {
         match value {
             Value::String(word) => word.clone(),
             Value::Array(all) => all.iter().map(|value| self.text(value)).collect::<Vec<_>>().join(","),
-            other => other.to_string(),
+            // Without the fraction of whole numbers that JSON has.
+            other => other.as_f64().map_or_else(|| other.to_string(), |number| number.to_string()),
         }
     }
 }

@@ -33,8 +33,11 @@ const LONGEST: Duration = Duration::from_secs(120);
 #[track_caller]
 fn until(app: &mut App, holds: impl Fn(&App) -> bool) {
     let (start, mut now) = (Instant::now(), Instant::now());
-    while !holds(app) {
+    loop {
         let again = app.tick(now, Gesture::None);
+        if holds(app) {
+            return;
+        }
         let is_busy = Work::ALL.iter().any(|&work| app.status(work).is_some());
         match again.filter(|_| !is_busy) {
             Some(later) => now = later,
