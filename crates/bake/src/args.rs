@@ -28,7 +28,7 @@ use values::{
 /// Denoise a mesh with a displacement map.
 ///
 /// planish computes how far noise lifted each vertex of a mesh, h = ⟨p − p*, n⟩, and bakes that into a displacement map.
-/// A vertex shader removes it again: p' = p − λ · (bias + scale · texel) · n. The mesh file stays untouched, and λ can
+/// A vertex shader subtracts it again: p' = p − λ · (bias + scale · texel) · n. The mesh file stays untouched, and λ can
 /// be changed at run time from 0 (noisy) to 1 (denoised) and beyond.
 #[derive(Debug, Parser)]
 #[command(name = "planish", version, arg_required_else_help = true)]
