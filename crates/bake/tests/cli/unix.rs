@@ -1,4 +1,4 @@
-//! What needs signals, limits or a shell.
+//! Tests that need signals, resource limits or a shell.
 
 use crate::folder::{Folder, Printed};
 use crate::mesh::Mesh;
