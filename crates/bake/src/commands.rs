@@ -1,4 +1,4 @@
-//! One file for each command.
+//! The commands, one in each file.
 
 pub(crate) mod apply;
 pub(crate) mod bake;
@@ -11,4 +11,4 @@ pub(crate) mod methods;
 pub(crate) mod noise;
 
 use planish_files::input::model;
-use planish_files::words::{count, measure};
+use planish_files::text::{count, measure};

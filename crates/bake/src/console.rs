@@ -1,4 +1,4 @@
-//! What the user sees: results on stdout, progress and complaints on stderr.
+//! Output of the command line: results on stdout, progress and warnings on stderr.
 
 use crate::args::OutputArgs;
 use planish_files::terminal::{self, Bar, Terminal};
@@ -24,12 +24,12 @@ impl Console {
         Self { json: args.json, quiet: args.quiet, verbose: args.verbose, terminal, stages: Mutex::default(), start }
     }
 
-    /// Whether stdout is for one value of JSON.
+    /// Returns whether stdout is reserved for one JSON value.
     pub(crate) fn is_json(&self) -> bool {
         self.json
     }
 
-    /// A result: `text` for people, or `value` as JSON.
+    /// Prints a result: `text` for people, or `value` as JSON.
     pub(crate) fn report<T: Serialize>(&self, value: &T, text: impl FnOnce() -> String) {
         self.terminal.clear();
         if self.json {
@@ -52,24 +52,24 @@ impl Console {
         }
     }
 
-    /// Something the user should know although all went well.
+    /// Prints a warning: the work succeeded, but the user should know this.
     pub(crate) fn warn(&self, text: &str) {
         if !self.quiet {
             self.terminal.warn(text);
         }
     }
 
-    /// Writes to stdout. A reader that went away is not an error.
+    /// Writes to stdout. A closed pipe is not an error.
     pub(crate) fn print_bytes(&self, bytes: &[u8]) {
         terminal::print(bytes);
     }
 
-    /// Takes the progress bar away.
+    /// Removes the progress bar.
     pub(crate) fn finish(&self) {
         self.terminal.clear();
     }
 
-    /// Seconds of each stage so far, summed by name, in the order of first appearance; last the total.
+    /// Returns the seconds of each stage so far, summed by name, in the order of first appearance, and last the total.
     fn seconds(&self) -> Vec<(&'static str, f64)> {
         let now = Instant::now();
         let stages = self.stages.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -85,6 +85,7 @@ impl Console {
         sums
     }
 
+    /// Formats the seconds of the stages, one line each.
     fn stage_table(&self) -> String {
         let seconds = self.seconds();
         let total = seconds.last().map_or(0.0, |(_, s)| *s);

@@ -1,4 +1,4 @@
-//! Tables as comma-separated values.
+//! Tables of comma-separated values.
 
 use crate::console::Console;
 use crate::failure::Failure;
@@ -7,17 +7,17 @@ use serde::Serialize;
 use serde_json::Value;
 use std::path::Path;
 
-/// Where a table goes.
+/// Destination of a table.
 pub(crate) enum Csv {
     Stdout,
     File(Output),
 }
 
 impl Csv {
-    /// Makes sure that the table can be written; `-` is stdout, which JSON must not be on as well.
-    pub(crate) fn open(place: &Path, inputs: &[&Path], console: &Console) -> Result<Self, Failure> {
-        if place != Path::new("-") {
-            return Ok(Self::File(Output::open(place, inputs)?));
+    /// Checks that the table can be written to `path`, or to stdout for `-`. Fails if JSON goes to stdout as well.
+    pub(crate) fn open(path: &Path, inputs: &[&Path], console: &Console) -> Result<Self, Failure> {
+        if path != Path::new("-") {
+            return Ok(Self::File(Output::open(path, inputs)?));
         }
         if console.is_json() {
             return Err(Failure::Input(
@@ -28,9 +28,9 @@ impl Csv {
     }
 }
 
-/// A header with the names of the fields, and a line for each row; what is not known is empty.
+/// Formats rows as a table: a header with the names of the fields, and a line for each row. Unknown values are empty.
 pub(crate) fn table(rows: &[impl Serialize]) -> Result<Vec<u8>, Failure> {
-    let failed = |e: &dyn std::fmt::Display| Failure::Internal(format!("no table can be made: {e}"));
+    let failed = |e: &dyn std::fmt::Display| Failure::Internal(format!("cannot write the table: {e}"));
     let mut writer = csv::Writer::from_writer(Vec::new());
     for (i, row) in rows.iter().enumerate() {
         let value = serde_json::to_value(row).map_err(|e| failed(&e))?;
@@ -43,6 +43,7 @@ pub(crate) fn table(rows: &[impl Serialize]) -> Result<Vec<u8>, Failure> {
     writer.into_inner().map_err(|e| failed(&e))
 }
 
+/// Formats a value as a cell.
 fn cell(value: &Value) -> String {
     match value {
         Value::Null => String::new(),

@@ -1,4 +1,4 @@
-//! The command line of planish: files in, files out. All arithmetic is in `planish-geometry`.
+//! The command line of planish. It reads and writes files; all arithmetic is in `planish-geometry`.
 
 mod args;
 mod commands;
@@ -14,13 +14,13 @@ use planish_files::{failure, input, output, terminal};
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-/// Runs one command line, program name first. The exit code is 0 when all is done, 1 when something failed that is not
-/// the user's doing, and 2 for input or usage that cannot work.
+/// Runs one command line, whose first argument is the name of the program. The exit code is 0 if the command succeeded, 1 if
+/// something failed that is not the user's doing, and 2 if input or usage is wrong.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     let cli = match Cli::try_parse_from(args) {
         Ok(cli) => cli,
         Err(e) => {
-            // Help and version go to stdout and are no error; a closed pipe is nobody's fault.
+            // Help and version go to stdout and are no error. A closed pipe is not an error either.
             let _ = e.print();
             return ExitCode::from(u8::try_from(e.exit_code()).unwrap_or(2));
         }
@@ -31,6 +31,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     terminal::conclude(result)
 }
 
+/// Calls the function of a command.
 fn dispatch(command: Command, console: &Console) -> Result<(), Failure> {
     match command {
         Command::Bake(args) => commands::bake::run(&args, console),

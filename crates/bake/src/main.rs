@@ -1,4 +1,4 @@
-//! The `planish` binary.
+//! The program `planish`.
 
 use std::process::ExitCode;
 

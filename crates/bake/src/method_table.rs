@@ -1,16 +1,16 @@
-//! The tables of parameters as text: for the help, for `planish methods`, and for `docs/methods.md`.
+//! Prints the tables of parameters: in the help, in `planish methods`, and in `docs/methods.md`.
 
 use planish_geometry::denoise::{Denoiser, Parameter, Values};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
-/// An option of the command line: the parameter of that name, in each method that has it.
+/// An option of the command line: the parameters of one name, in all methods that have it.
 pub(crate) struct MethodOption {
-    /// Methods with their parameter; at least one.
+    /// Methods with their parameter of that name; at least one.
     users: Vec<(Denoiser, &'static Parameter)>,
 }
 
-/// All options, in the order in which methods name them.
+/// Returns all options, in the order in which methods name them.
 pub(crate) fn options() -> Vec<MethodOption> {
     let mut all: Vec<MethodOption> = Vec::new();
     for method in Denoiser::every() {
@@ -26,24 +26,24 @@ pub(crate) fn options() -> Vec<MethodOption> {
 }
 
 impl MethodOption {
-    /// Name, without dashes.
+    /// Name of the option, without dashes.
     pub(crate) fn name(&self) -> &'static str {
         self.parameter().name
     }
 
-    /// The parameter of the first method that has it; name and values are the same in all of them.
+    /// Parameter of the first method that has the option; name and values are the same in all methods.
     pub(crate) fn parameter(&self) -> &'static Parameter {
         self.users[0].1
     }
 
-    /// Help for the command line: methods, what it does with them, defaults and range.
+    /// Help for the command line: methods with the meaning of the option, defaults and range.
     pub(crate) fn help(&self) -> String {
         let names = |methods: &[&str]| methods.join(", ");
         let meanings = self.grouped(|_, parameter| meaning(parameter));
         let meanings: Vec<String> =
             meanings.iter().map(|(text, methods)| format!("{}: {text}", names(methods))).collect();
         let mut defaults = self.grouped(default_text);
-        // The commonest goes without names.
+        // The default that most methods share is printed without their names.
         defaults.sort_by_key(|(_, methods)| std::cmp::Reverse(methods.len()));
         let other = defaults.iter().skip(1).map(|(text, methods)| format!("; {text} with {}", names(methods)));
         let default = defaults.first().map(|(text, _)| text.clone()).into_iter().chain(other).collect::<String>();
@@ -51,7 +51,7 @@ impl MethodOption {
         format!("{} [default: {default}]{range}", meanings.join("; "))
     }
 
-    /// Methods that say the same.
+    /// Groups methods for which `text` is equal.
     fn grouped(&self, text: impl Fn(&Denoiser, &Parameter) -> String) -> Vec<(String, Vec<&'static str>)> {
         let mut groups: Vec<(String, Vec<&'static str>)> = Vec::new();
         for (method, parameter) in &self.users {
@@ -71,13 +71,13 @@ pub(crate) fn summary(method: &Denoiser) -> String {
     format!("{}{cite}", method.summary())
 }
 
-/// What a parameter does, with its unit.
+/// Meaning of a parameter, with its unit.
 fn meaning(parameter: &Parameter) -> String {
     let unit = parameter.unit.map(|unit| format!(", in {unit}")).unwrap_or_default();
     format!("{}{unit}", parameter.help)
 }
 
-/// Default of a parameter of a method.
+/// Default of a parameter of a method, as text.
 fn default_text(method: &Denoiser, parameter: &Parameter) -> String {
     let sets_it = |p: &&Parameter| {
         matches!(p.values, Values::Preset(_)) && p.name != parameter.name && parameter.pointer.starts_with(p.pointer)
@@ -89,7 +89,7 @@ fn default_text(method: &Denoiser, parameter: &Parameter) -> String {
     }
 }
 
-/// Range of a number; none for words.
+/// Range of a numeric parameter; `None` for words.
 fn range(parameter: &Parameter) -> Option<String> {
     match parameter.values {
         Values::Count { max, .. } => Some(format!("0 to {max}")),
@@ -98,7 +98,7 @@ fn range(parameter: &Parameter) -> Option<String> {
     }
 }
 
-/// Methods and their parameters for people.
+/// Lists methods and their parameters for people.
 pub(crate) fn text(methods: &[Denoiser]) -> String {
     let mut out = String::new();
     for method in methods {
@@ -108,7 +108,7 @@ pub(crate) fn text(methods: &[Denoiser]) -> String {
             let default = default_text(method, parameter);
             let name = parameter.name;
             let _ = writeln!(out, "    --{name:17} {} [default: {default}]{range}", meaning(parameter));
-            // All words of all methods would be many lines.
+            // Words are listed only for a single method; for all methods they would be many lines.
             for word in parameter.choices().iter().filter(|_| methods.len() == 1) {
                 let _ = writeln!(out, "      {:17} {}", word.name, word.help);
             }
@@ -116,12 +116,12 @@ pub(crate) fn text(methods: &[Denoiser]) -> String {
         out.push('\n');
     }
     if methods.len() > 1 {
-        out.push_str("`planish methods NAME` shows one of them, with all words that its settings may be.\n");
+        out.push_str("`planish methods NAME` shows one of them, with all words that its settings take.\n");
     }
     out
 }
 
-/// Methods and their parameters for programs.
+/// Lists methods and their parameters for programs.
 pub(crate) fn json(methods: &[Denoiser]) -> Value {
     let parameter = |method: &Denoiser, p: &Parameter| {
         let (kind, min, max) = match p.values {
@@ -160,7 +160,7 @@ const MARKDOWN_HEAD: &str = "# Methods\n
 Each method is chosen by `--method NAME`, and has the options below. *field* is where the manifest of a map has the setting, inside
 `method`; values outside the range are refused there as well. What the [words](#words) mean is said once, at the end.\n";
 
-/// Methods and their parameters as a page of the documentation.
+/// Lists methods and their parameters as a page of the documentation.
 pub(crate) fn markdown() -> String {
     let mut out = MARKDOWN_HEAD.to_owned();
     for method in Denoiser::every() {

@@ -1,10 +1,10 @@
-//! From a mesh on disk to the files of its displacement map.
+//! Bakes a mesh on disk into the files of its displacement map.
 
 use crate::failure::Failure;
 use crate::input;
 use crate::method;
 use crate::output::{self, Folder};
-use crate::words::{count, volume_not_restored};
+use crate::text::{count, volume_not_restored};
 use planish_geometry::bake::{
     self, BakeError, BakeSettings, BakeTarget, Bundle, BundleNames, Fallback, LayoutChoice, SideFiles,
 };
@@ -17,54 +17,55 @@ use planish_geometry::source::model::Model;
 use planish_geometry::source::obj::Obj;
 use std::path::{Path, PathBuf};
 
-/// What is baked, and where its files will lie: names in the manifest and the materials depend on that.
+/// A mesh to bake and the folder that its files will lie in; names in the manifest and the materials depend on that folder.
 #[derive(Clone, Copy, Debug)]
 pub struct Job<'a> {
-    /// The mesh.
+    /// Path of the mesh.
     pub input: &'a Path,
-    /// What is in it.
+    /// The mesh as it was read from `input`.
     pub model: &'a Model,
-    /// The folder for the results.
+    /// Folder for the results; it need not exist yet.
     pub folder: &'a Path,
-    /// What else was read, and must not be written over.
-    pub spared: &'a [PathBuf],
+    /// Other files that were read, such as masks, and must not be overwritten.
+    pub protected: &'a [PathBuf],
 }
 
-/// Files that are not written yet.
+/// A bake in memory, before its files are written.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Baked {
-    /// Their content.
+    /// Names and content of the files.
     pub bundle: Bundle,
-    /// What the user should know although all went well.
+    /// Warnings for the user about a bake that succeeded, one sentence each.
     pub warnings: Vec<String>,
-    /// Files that were read, and must not be written over.
+    /// Paths of the files that were read, and must not be overwritten.
     inputs: Vec<PathBuf>,
 }
 
-/// The folder for the results where none is named: `NAME-planish` in the working folder.
+/// Returns the folder for the results if the user names none: `NAME-planish` in the working folder.
 pub fn default_folder(input: &Path) -> Result<PathBuf, Failure> {
     Ok(PathBuf::from(format!("{}-planish", stem(input)?)))
 }
 
-/// The folder `NAME-planish` beside the mesh: where maps go that are baked without a working folder, as those of a window.
+/// Returns the folder `NAME-planish` beside the mesh, for programs without a working folder, such as the window.
 pub fn folder_beside(input: &Path) -> Result<PathBuf, Failure> {
     Ok(input.with_file_name(default_folder(input)?))
 }
 
-/// What the files are called after.
+/// Returns the name of a mesh without folder and extension, with which the names of all results begin.
 fn stem(input: &Path) -> Result<String, Failure> {
     let stem = input.file_stem().map(|s| s.to_string_lossy().into_owned());
     stem.ok_or_else(|| Failure::at(input, "names no file"))
 }
 
 impl Job<'_> {
-    /// The goal of denoising by a method, once that is ready to run.
+    /// Makes a method ready to run, and returns it as the goal of a bake.
     pub fn method(&self, denoising: Denoising) -> Result<BakeTarget, Failure> {
         let denoiser = method::prepare(denoising.denoiser, self.input)?;
         Ok(BakeTarget::Method(Denoising { denoiser, ..denoising }))
     }
 
-    /// The way to the result of any other denoiser.
+    /// Reads the result of any other denoiser from `path`, and returns it as the goal of a bake. Fails if that mesh has another
+    /// number of `v` lines than the input.
     pub fn target(&self, path: &Path) -> Result<BakeTarget, Failure> {
         let denoised = input::source(path)?;
         let (found, needed) = (denoised.data().positions().len(), self.model.data().positions().len());
@@ -76,36 +77,35 @@ impl Job<'_> {
         Ok(BakeTarget::from_mesh(self.model, denoised.data(), target))
     }
 
-    /// Bakes into memory. The folder need not be there yet.
+    /// Bakes into memory.
     pub fn run(&self, settings: &BakeSettings, progress: &dyn Progress) -> Result<Baked, Failure> {
-        let Self { input, model, folder, spared } = *self;
+        let Self { input, model, folder, protected } = *self;
         let names = names(input, folder, stem(input)?);
         let (found, missing): (Vec<_>, Vec<_>) =
             input::libraries(input, model.source()).into_iter().partition(|library| library.bytes.is_some());
         let missing = missing.iter().map(|l| l.path.display());
         let mut warnings: Vec<String> =
             missing.map(|path| format!("{path} cannot be read; the carrier will lack its materials")).collect();
-        let (places, libraries): (Vec<_>, Vec<_>) =
+        let (library_paths, libraries): (Vec<_>, Vec<_>) =
             found.into_iter().filter_map(|library| Some((library.path, library.bytes?))).unzip();
-        let textures = libraries.iter().flat_map(|bytes| materials::textures(bytes)).map(|name| beside(input, &name));
-        let textures: Vec<PathBuf> = textures.collect();
+        let names_of_textures = libraries.iter().flat_map(|bytes| materials::textures(bytes));
+        let textures: Vec<PathBuf> = names_of_textures.map(|name| texture_path(input, &name)).collect();
         if settings.layout == LayoutChoice::Unwrap && !textures.is_empty() && !model.data().uvs().is_empty() {
-            warnings.push(
-                "the textures of its materials do not fit the carrier, whose texture coordinates are new".to_owned(),
-            );
+            let reason = "the textures of the materials do not fit the carrier, which has new texture coordinates";
+            warnings.push(reason.to_owned());
         }
-        let mut inputs: Vec<PathBuf> = textures.into_iter().chain(places).collect();
+        let mut inputs: Vec<PathBuf> = textures.into_iter().chain(library_paths).collect();
         inputs.push(input.to_path_buf());
-        inputs.extend_from_slice(spared);
+        inputs.extend_from_slice(protected);
         if let BakeTarget::Positions { target, .. } = &settings.target {
             inputs.push(folder.join(&target.file));
         }
         let relocate = |texture: &str| {
-            let place = beside(input, texture);
-            // What is not there stays as it was written: the user may know why.
-            if place.is_file() { from_folder(&place, folder) } else { texture.to_owned() }
+            let path = texture_path(input, texture);
+            // The name of a missing texture stays as it was written: the user may know why.
+            if path.is_file() { from_folder(&path, folder) } else { texture.to_owned() }
         };
-        let texture = |name: &str| std::fs::read(beside(input, name)).ok();
+        let texture = |name: &str| std::fs::read(texture_path(input, name)).ok();
         let side_files = SideFiles { libraries: &libraries, relocate: &relocate, texture: &texture };
         let bundle = bake::bake(model, &names, side_files, settings, progress).map_err(|e| explain(e, model, input))?;
         warnings.extend(warn(&bundle));
@@ -114,33 +114,34 @@ impl Job<'_> {
 }
 
 impl Baked {
-    /// Writes all files or none, and says where they are.
+    /// Writes all files or none, and returns their paths. Fails if one of them would overwrite an input.
     pub fn write(&self, folder: Folder) -> Result<Vec<PathBuf>, Failure> {
         let files = &self.bundle.files;
-        files.iter().try_for_each(|f| output::spare(&folder.path().join(&f.name), &self.inputs))?;
+        files.iter().try_for_each(|f| output::refuse_overwrite(&folder.path().join(&f.name), &self.inputs))?;
         folder.write(files.iter().map(|f| (Path::new(&f.name), f.bytes.as_slice())))
     }
 }
 
-/// The carrier is called like the source, unless that is where it would go.
+/// BundleNames the files. The carrier has the name of the source, unless it would then overwrite the source.
 fn names(input: &Path, folder: &Path, stem: String) -> BundleNames {
     let taken = output::same_file(&folder.join(format!("{stem}.obj")), input);
     let carrier = if taken { format!("{stem}.planish") } else { stem.clone() };
     BundleNames { source: from_folder(input, folder), stem, carrier }
 }
 
-/// A path as seen from a folder, with slashes.
+/// Returns a path relative to a folder, with slashes.
 fn from_folder(path: &Path, folder: &Path) -> String {
     let absolute = |p: &Path| p.canonicalize().or_else(|_| std::path::absolute(p)).unwrap_or_else(|_| p.to_path_buf());
     let relative = pathdiff::diff_paths(absolute(path), absolute(folder));
     relative.unwrap_or_else(|| path.to_path_buf()).to_string_lossy().replace('\\', "/")
 }
 
-/// A file that the source's materials name.
-fn beside(input: &Path, texture: &str) -> PathBuf {
+/// Returns the path of a texture that the materials of a mesh name.
+fn texture_path(input: &Path, texture: &str) -> PathBuf {
     input.parent().unwrap_or(Path::new("")).join(texture.replace('\\', "/"))
 }
 
+/// Says why a mesh cannot be baked, with the option or the step in another program that helps.
 fn explain(error: BakeError, model: &Model, input: &Path) -> Failure {
     match error {
         BakeError::Cancelled(_) => Failure::Interrupted,
@@ -167,6 +168,7 @@ fn explain(error: BakeError, model: &Model, input: &Path) -> Failure {
     }
 }
 
+/// Lists the warnings about a bake that succeeded.
 fn warn(bundle: &Bundle) -> Vec<String> {
     let m = &bundle.manifest;
     let r = &m.report;
@@ -175,7 +177,7 @@ fn warn(bundle: &Bundle) -> Vec<String> {
         out.push(format!("one texel for each vertex, because {reason}"));
     }
     if m.normal_map.is_none() && bundle.fallback != Some(Fallback::NoUvs) && m.displacement.layout == Layout::Vertex {
-        out.push("no normal map: the texture coordinates of the mesh have no room for one".to_owned());
+        out.push("no normal map: the texture coordinates of the mesh have no space for one".to_owned());
     }
     out.extend(r.limits.as_ref().and_then(volume_not_restored));
     let vertices = |n| count(n, "vertex", "vertices");
@@ -189,8 +191,8 @@ fn warn(bundle: &Bundle) -> Vec<String> {
     if r.unresolved_vertices > 0 {
         let (n, side) = (vertices(r.unresolved_vertices), m.displacement.width);
         let tolerance = r.tolerance_quanta;
-        let cure = r.suggestion.as_ref().map(|s| format!("; {s}")).unwrap_or_default();
-        out.push(format!("{n} off by more than {tolerance} quanta at {side}{cure}"));
+        let suggestion = r.suggestion.as_ref().map(|s| format!("; {s}")).unwrap_or_default();
+        out.push(format!("{n} off by more than {tolerance} quanta at {side}{suggestion}"));
     }
     out
 }

@@ -1,41 +1,41 @@
-//! How work ends that does not end well.
+//! The error of everything that reads, bakes or writes files.
 
 use planish_geometry::denoise::limits::LimitsError;
 use planish_geometry::progress::Cancelled;
 use std::path::Path;
 use std::process::ExitCode;
 
-/// One clear sentence, and whose fault it was.
+/// An error as one sentence for the user, with the exit code that it stands for.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Failure {
-    /// Input or usage that cannot work; exit code 2.
+    /// Input or usage is wrong; exit code 2.
     #[error("{0}")]
     Input(String),
-    /// Anything else; exit code 1.
+    /// Something failed that is not the user's doing; exit code 1.
     #[error("{0}")]
     Internal(String),
-    /// Interrupted; exit code 1.
+    /// The user interrupted the work; exit code 1.
     #[error("interrupted; nothing was written")]
     Interrupted,
 }
 
 impl Failure {
-    /// A failure that a file is the reason of.
+    /// Makes an input error that begins with the path of the file at fault.
     pub fn at(path: &Path, reason: impl std::fmt::Display) -> Self {
         Self::Input(format!("{}: {reason}", path.display()))
     }
-    /// A failure that is not the user's doing, in the words of the error behind it; exit code 1.
+    /// Makes a failure that is not the user's doing from the error that caused it; exit code 1.
     pub fn internal(error: impl std::fmt::Display) -> Self {
         Self::Internal(error.to_string())
     }
-    /// Limits that a mesh cannot have, with the way out.
+    /// Explains limits that a mesh cannot keep, and names the option that helps.
     pub fn limits(error: &LimitsError, mesh: &Path) -> Self {
         match error {
             LimitsError::Open { .. } => Self::at(mesh, format!("{error}; --preserve-volume needs --fix for these")),
             LimitsError::NoSuchLine { .. } | LimitsError::NotALength(_) => Self::at(mesh, error),
         }
     }
-    /// What a program ends with.
+    /// Returns the exit code that a program ends with.
     pub fn exit_code(&self) -> ExitCode {
         match self {
             Self::Input(_) => ExitCode::from(2),

@@ -1,8 +1,8 @@
-//! What is in a mesh file and what is wrong with it.
+//! Inspection of a mesh file: its content and its defects.
 
 use crate::failure::Failure;
 use crate::input;
-use crate::words::count;
+use crate::text::count;
 use planish_geometry::map::layout_issues::LayoutIssues;
 use planish_geometry::map::map_size::{self, Spacing};
 use planish_geometry::map::{Coverage, Size};
@@ -14,105 +14,144 @@ use planish_geometry::source::obj::Obj;
 use serde::Serialize;
 use std::path::Path;
 
-/// Side of the map in which overlaps are looked for, texels.
+/// Side of the map in which overlaps are searched for, in texels.
 const PROBE: u32 = 1024;
 
-/// What a mesh file holds.
+/// Content and defects of a mesh file.
 #[derive(Clone, Debug, Serialize)]
 pub struct Info {
-    /// As given.
+    /// Path of the file as it was given.
     pub file: String,
-    /// Of the file.
+    /// Size of the file in bytes.
     pub bytes: usize,
-    /// `v` lines.
+    /// Number of `v` lines.
     pub vertex_lines: usize,
-    /// `vt` lines.
+    /// Number of `vt` lines.
     pub uv_lines: usize,
-    /// `vn` lines.
+    /// Number of `vn` lines.
     pub normal_lines: usize,
-    /// `f` statements.
+    /// Number of `f` statements.
     pub faces: usize,
-    /// Of the surface.
+    /// Number of triangles of the surface, after polygons are cut and useless faces dropped.
     pub triangles: usize,
-    /// Faces with more than three corners.
+    /// Number of faces with more than three corners.
     pub polygons: usize,
-    /// `o` statements.
+    /// Number of `o` statements.
     pub objects: usize,
-    /// `g` statements.
+    /// Number of `g` statements.
     pub groups: usize,
-    /// `s` statements.
+    /// Number of `s` statements.
     pub smoothing_groups: usize,
-    /// `l` statements.
+    /// Number of `l` statements.
     pub lines: usize,
-    /// `p` statements.
+    /// Number of `p` statements.
     pub points: usize,
-    /// `v` lines with more than three numbers.
+    /// Number of `v` lines with more than three numbers.
     pub vertices_with_colour_or_w: usize,
-    /// What is kept and not understood.
+    /// Number of statements that planish keeps and does not understand.
     pub other_statements: usize,
-    /// After welding.
+    /// Number of vertices after welding.
     pub vertices: usize,
-    /// Of the surface.
+    /// Number of edges of the surface.
     pub edges: usize,
-    /// Connected pieces.
+    /// Number of connected components with at least one face.
     pub components: usize,
-    /// Whether each edge has two faces.
+    /// Whether every edge has two faces.
     pub closed: bool,
-    /// Model units.
+    /// Area in square model units.
     pub area: f64,
-    /// Of a closed surface, model units.
+    /// Enclosed volume in cubic model units; `None` if the surface is open.
     pub volume: Option<f64>,
-    /// Mean length of the edges, model units.
+    /// Mean edge length in model units.
     pub mean_edge: f64,
-    /// Lowest and highest coordinates.
+    /// Lowest and highest coordinates, in model units.
     pub bounds: [[f64; 3]; 2],
-    /// What is odd, counted.
+    /// Counts of defects, such as boundary edges and repeated faces.
     pub defects: Defects,
-    /// None without texture coordinates.
+    /// UV layout; `None` without usable texture coordinates.
     pub layout: Option<Layout>,
-    /// In the order of their first use.
+    /// Materials that faces use, in the order of their first use.
     pub materials: Vec<Material>,
-    /// What is wrong, in words.
+    /// Problems of the file, one sentence each.
     pub notes: Vec<String>,
 }
 
-/// Its texture coordinates.
+/// UV layout of a mesh, and what it means for a map.
 #[derive(Clone, Debug, Serialize)]
 pub struct Layout {
     /// Counts of charts and seams.
     #[serde(flatten)]
     pub charts: Charts,
-    /// Size of the map that the following numbers are about.
+    /// Side in texels of the map that the findings are about.
     pub probe: u32,
-    /// What the layout makes hard for a map of that size.
+    /// Problems of the layout for a map of that size.
     #[serde(flatten)]
     pub findings: LayoutIssues,
-    /// Smallest side of a map that gives each vertex its height.
+    /// Smallest side in texels of a map that gives each vertex its height.
     pub size: u32,
-    /// Why that one.
+    /// Reason for that side.
     pub size_reason: String,
 }
 
-/// A material that faces name.
+/// A material that faces use.
 #[derive(Clone, Debug, Serialize)]
 pub struct Material {
-    /// As in the file.
+    /// Name of the material in the mesh file.
     pub name: String,
-    /// Where it is defined.
+    /// Path of the library that defines it; `None` if no library does.
     pub library: Option<String>,
-    /// As the library names it.
+    /// File name of the diffuse texture as the library gives it.
     pub diffuse_texture: Option<String>,
-    /// Whether that file is there.
+    /// Whether the texture file exists; `None` without a texture.
     pub texture_found: Option<bool>,
 }
 
-/// Looks at a mesh that was read from `path`; its materials are looked for there.
-pub fn look(path: &Path, model: &Model, progress: &dyn Progress) -> Result<Info, Failure> {
+/// Inspects a mesh that was read from `path`. Its material libraries are read from the same folder.
+pub fn inspect(path: &Path, model: &Model, progress: &dyn Progress) -> Result<Info, Failure> {
     let (data, surface) = (model.data(), model.surface());
     let obj = model.source().as_obj();
     let topology = surface.topology();
     let defects = model.defects();
     let mut notes = notes(model, &defects);
+    let layout = inspect_layout(model, progress, &mut notes)?;
+    let materials = inspect_materials(path, model, &mut notes);
+    let closed = defects.boundary_edges == 0 && defects.non_manifold_edges == 0;
+    let extras = obj.map(|obj| obj.extras().clone()).unwrap_or_default();
+    Ok(Info {
+        file: path.display().to_string(),
+        bytes: model.source().bytes().len(),
+        vertex_lines: data.positions().len(),
+        uv_lines: data.uvs().len(),
+        normal_lines: data.normals().len(),
+        faces: data.faces().len(),
+        triangles: surface.triangle_corners().len(),
+        polygons: data.faces().iter().filter(|f| f.len() > 3).count(),
+        objects: extras.objects,
+        groups: extras.groups,
+        smoothing_groups: extras.smoothing_groups,
+        lines: extras.lines,
+        points: extras.points,
+        vertices_with_colour_or_w: extras.extended_vertices,
+        other_statements: extras.other,
+        vertices: topology.vertex_count(),
+        edges: topology.edges().len(),
+        // An isolated vertex counts as a defect, not as a component.
+        components: topology.components().1 - defects.isolated_vertices,
+        closed,
+        area: surface.area(),
+        volume: closed.then(|| surface.volume()),
+        mean_edge: surface.mean_edge(),
+        bounds: surface.bounds().map(|p| p.to_array()),
+        defects,
+        layout,
+        materials,
+        notes,
+    })
+}
+
+/// Inspects the UV layout and adds its problems to `notes`. Returns `None` without usable texture coordinates.
+fn inspect_layout(model: &Model, progress: &dyn Progress, notes: &mut Vec<String>) -> Result<Option<Layout>, Failure> {
+    let surface = model.surface();
     let layout = match model.atlas() {
         Ok(atlas) => {
             let spacing = Spacing::new(&atlas);
@@ -134,47 +173,15 @@ pub fn look(path: &Path, model: &Model, progress: &dyn Progress) -> Result<Info,
         }
         Err(AtlasError::NonFinite { .. }) => None,
     };
-    let broken = obj.map_or(&[][..], Obj::non_finite_uvs);
-    if let Some(&(_, line)) = broken.first() {
-        let n = count(broken.len(), "`vt` line is", "`vt` lines are");
+    let non_finite = model.source().as_obj().map_or(&[][..], Obj::non_finite_uvs);
+    if let Some(&(_, line)) = non_finite.first() {
+        let n = count(non_finite.len(), "`vt` line is", "`vt` lines are");
         notes.push(format!("{n} not finite, the first in line {line}: `bake` cannot use them"));
     }
-    let materials = find_materials(path, model, &mut notes);
-    let closed = defects.boundary_edges == 0 && defects.non_manifold_edges == 0;
-    let extras = obj.map(|obj| obj.extras().clone()).unwrap_or_default();
-    Ok(Info {
-        file: path.display().to_string(),
-        bytes: model.source().bytes().len(),
-        vertex_lines: data.positions().len(),
-        uv_lines: data.uvs().len(),
-        normal_lines: data.normals().len(),
-        faces: data.faces().len(),
-        triangles: surface.triangle_corners().len(),
-        polygons: data.faces().iter().filter(|f| f.len() > 3).count(),
-        objects: extras.objects,
-        groups: extras.groups,
-        smoothing_groups: extras.smoothing_groups,
-        lines: extras.lines,
-        points: extras.points,
-        vertices_with_colour_or_w: extras.extended_vertices,
-        other_statements: extras.other,
-        vertices: topology.vertex_count(),
-        edges: topology.edges().len(),
-        // Isolated vertices are reported as what they are, not as pieces of the surface.
-        components: topology.components().1 - defects.isolated_vertices,
-        closed,
-        area: surface.area(),
-        volume: closed.then(|| surface.volume()),
-        mean_edge: surface.mean_edge(),
-        bounds: surface.bounds().map(|p| p.to_array()),
-        defects,
-        layout,
-        materials,
-        notes,
-    })
+    Ok(layout)
 }
 
-/// What is wrong, in words, with the first line at fault where there is one.
+/// Lists the defects of a mesh in words, with the first line at fault where it is known.
 fn notes(model: &Model, d: &Defects) -> Vec<String> {
     let mut notes = Vec::new();
     let welded = model.weld().vertex_of().len() - model.weld().first().len();
@@ -184,12 +191,22 @@ fn notes(model: &Model, d: &Defects) -> Vec<String> {
         }
     };
     let first = |line: Option<u32>| line.map(|line| format!(", the first in line {line}")).unwrap_or_default();
-    note(welded, "`v` line is", "`v` lines are", " welded to another one at the same place".to_owned());
+    note(welded, "`v` line is", "`v` lines are", " welded to another one at the same position".to_owned());
     note(d.isolated_vertices, "vertex is", "vertices are", " used by no face".to_owned());
     note(d.boundary_edges, "edge has", "edges have", " one face only: the mesh is open there".to_owned());
     note(d.non_manifold_edges, "edge has", "edges have", " three faces or more".to_owned());
-    note(d.non_manifold_vertices, "vertex joins", "vertices join", " sheets that are otherwise apart".to_owned());
-    note(d.misoriented_edges, "edge lies", "edges lie", " between faces that look to different sides".to_owned());
+    note(
+        d.non_manifold_vertices,
+        "vertex joins",
+        "vertices join",
+        " parts of the surface that have no edge in common there".to_owned(),
+    );
+    note(
+        d.misoriented_edges,
+        "edge lies",
+        "edges lie",
+        " between faces whose normals point to opposite sides".to_owned(),
+    );
     note(
         d.degenerate_faces,
         "face has",
@@ -206,7 +223,8 @@ fn notes(model: &Model, d: &Defects) -> Vec<String> {
     notes
 }
 
-fn find_materials(path: &Path, model: &Model, notes: &mut Vec<String>) -> Vec<Material> {
+/// Looks up the materials that faces use in the libraries, and adds problems to `notes`.
+fn inspect_materials(path: &Path, model: &Model, notes: &mut Vec<String>) -> Vec<Material> {
     let mut known = Vec::new();
     for library in input::libraries(path, model.source()) {
         let shown = library.path.display().to_string();
@@ -224,8 +242,8 @@ fn find_materials(path: &Path, model: &Model, notes: &mut Vec<String>) -> Vec<Ma
         let found = known.iter().find(|(m, _)| m.name == name);
         let texture = found.and_then(|(m, library)| {
             let texture = m.diffuse_texture.clone()?;
-            let place = library.parent().unwrap_or(Path::new("")).join(texture.replace('\\', "/"));
-            Some((texture, place.is_file()))
+            let path = library.parent().unwrap_or(Path::new("")).join(texture.replace('\\', "/"));
+            Some((texture, path.is_file()))
         });
         let library = found.map(|(_, library)| library.display().to_string());
         let (diffuse_texture, texture_found) = texture.unzip();

@@ -1,4 +1,4 @@
-//! Reading files, with errors that name them.
+//! Reads files, with errors that name them.
 
 use crate::failure::Failure;
 use planish_geometry::denoise::limits::Mask;
@@ -10,10 +10,10 @@ use planish_geometry::source::model::Model;
 use planish_geometry::source::obj::Obj;
 use std::path::{Path, PathBuf};
 
-/// Share of a mesh's size above which an explicit welding distance can only be a mistake.
+/// Fraction of the diagonal of a mesh above which a welding distance can only be a mistake.
 const LARGEST_WELD: f64 = 0.01;
 
-/// All bytes of a file.
+/// Reads all bytes of a file.
 pub fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     if path.is_dir() {
         return Err(Failure::at(path, "is a directory, not a file"));
@@ -21,17 +21,17 @@ pub fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     std::fs::read(path).map_err(|e| Failure::at(path, plain(&e)))
 }
 
-/// A mesh in any format that planish reads.
+/// Reads a mesh in any format that planish knows.
 pub fn source(path: &Path) -> Result<Source, Failure> {
     Ok(obj(path)?.into())
 }
 
-/// An OBJ file.
+/// Reads an OBJ file.
 pub fn obj(path: &Path) -> Result<Obj, Failure> {
     Obj::parse(read(path)?).map_err(|e| Failure::at(path, e))
 }
 
-/// Reads and welds a mesh.
+/// Reads and welds a mesh. Fails if no face is left, or if the welding distance is too large.
 pub fn model(path: &Path, welding: Welding, progress: &dyn Progress) -> Result<Model, Failure> {
     progress.stage("reading");
     let source = source(path)?;
@@ -45,10 +45,8 @@ pub fn model(path: &Path, welding: Welding, progress: &dyn Progress) -> Result<M
         let diagonal = bounds[0].distance(bounds[1]);
         if epsilon > LARGEST_WELD * diagonal {
             let limit = LARGEST_WELD * diagonal;
-            return Err(Failure::at(
-                path,
-                format!("--weld {epsilon} is more than a hundredth of the mesh (at most {limit:.3e})"),
-            ));
+            let reason = format!("--weld {epsilon} is more than a hundredth of the mesh (at most {limit:.3e})");
+            return Err(Failure::at(path, reason));
         }
     }
     progress.stage("connecting");
@@ -60,10 +58,10 @@ pub fn model(path: &Path, welding: Welding, progress: &dyn Progress) -> Result<M
     Ok(model)
 }
 
-/// The vertices that a text picks out of a mesh with so many source vertices.
+/// Reads a text file of source vertices, such as `7 12-40`, for a mesh that has `source_vertices` of them.
 pub fn mask(path: &Path, source_vertices: usize) -> Result<Mask, Failure> {
     let text = String::from_utf8(read(path)?);
-    let text = text.map_err(|_| Failure::at(path, "is not a text of numbers of `v` lines"))?;
+    let text = text.map_err(|_| Failure::at(path, "is not a text file with numbers of `v` lines"))?;
     Mask::parse(&text, source_vertices).map_err(|e| Failure::at(path, e))
 }
 
@@ -72,14 +70,14 @@ pub fn manifest(path: &Path) -> Result<Manifest, Failure> {
     Manifest::from_json(&read(path)?).map_err(|e| Failure::at(path, e))
 }
 
-/// Reads the numbers of a text file, which white space separates.
+/// Reads the numbers of a text file, separated by white space.
 pub fn numbers(path: &Path) -> Result<Vec<f32>, Failure> {
     let bytes = read(path)?;
     let number = |token: &str| token.parse().map_err(|_| Failure::at(path, format!("`{token}` is not a number")));
     String::from_utf8_lossy(&bytes).split_whitespace().map(number).collect()
 }
 
-/// The words of an operating system error without its number.
+/// Returns the text of an operating system error without its number.
 pub fn plain(e: &std::io::Error) -> String {
     let text = e.to_string();
     text.split(" (os error").next().unwrap_or(&text).to_owned()
@@ -88,13 +86,13 @@ pub fn plain(e: &std::io::Error) -> String {
 /// A material library that a mesh names.
 #[derive(Clone, Debug)]
 pub struct Library {
-    /// As found, or as named where it is not there.
+    /// Path of the library: beside the mesh, under the name that the mesh gives.
     pub path: PathBuf,
-    /// None where it cannot be read.
+    /// Content of the library; `None` if it cannot be read.
     pub bytes: Option<Vec<u8>>,
 }
 
-/// The material libraries that a mesh names, looked for beside it.
+/// Reads the material libraries that a mesh names from the folder of the mesh.
 pub fn libraries(mesh: &Path, source: &Source) -> Vec<Library> {
     let folder = mesh.parent().unwrap_or(Path::new(""));
     let mut found: Vec<Library> = Vec::new();
@@ -105,7 +103,7 @@ pub fn libraries(mesh: &Path, source: &Source) -> Vec<Library> {
     };
     for argument in source.material_libraries() {
         let argument = String::from_utf8_lossy(argument);
-        // One name that may hold blanks, or several names.
+        // The argument is one name that may contain blanks, or several names.
         let whole = load(&argument);
         let libraries =
             if whole.bytes.is_some() { vec![whole] } else { argument.split_whitespace().map(load).collect() };

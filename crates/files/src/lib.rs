@@ -1,6 +1,6 @@
-//! What the command line and the window share about files: reading, with errors that name file and line; writing, whole
-//! or not at all; the bake from a mesh on disk to files on disk, so that both write the same bytes; and how a program on
-//! a terminal shows progress, is interrupted and fails.
+//! Files and the terminal, for the command line and the window of planish. The crate reads files, with errors that name file
+//! and line; writes files whole or not at all; bakes a mesh on disk into files on disk, so that both programs write the same
+//! bytes; and shows progress, handles Ctrl-C and reports failures on a terminal.
 
 pub mod bake_files;
 pub mod failure;
@@ -10,4 +10,4 @@ pub mod map_files;
 pub mod method;
 pub mod output;
 pub mod terminal;
-pub mod words;
+pub mod text;

@@ -23,24 +23,24 @@ impl MapFiles {
         Ok(Self { path: path.to_owned(), manifest: input::manifest(path)? })
     }
 
-    /// Path of a file by its name in the manifest, which is seen from the manifest's folder.
-    pub fn beside(&self, name: &str) -> PathBuf {
+    /// Path of a file that the manifest names; such names are relative to the manifest's folder.
+    pub fn path_of(&self, name: &str) -> PathBuf {
         self.path.parent().unwrap_or(Path::new("")).join(name)
     }
 
     /// Path of the mesh that was baked.
     pub fn source(&self) -> PathBuf {
-        self.beside(&self.manifest.source.file)
+        self.path_of(&self.manifest.source.file)
     }
 
     /// Path of the mesh that carries the map.
     pub fn carrier(&self) -> PathBuf {
-        self.beside(&self.manifest.carrier.obj)
+        self.path_of(&self.manifest.carrier.obj)
     }
 
     /// Path of the image with the heights or vectors.
     pub fn image(&self) -> PathBuf {
-        self.beside(&self.manifest.displacement.file)
+        self.path_of(&self.manifest.displacement.file)
     }
 
     /// Reads and decodes the image.
@@ -50,20 +50,20 @@ impl MapFiles {
         Displacement::decode(&bytes, entry.map, entry.size(), entry.encoding()).map_err(|e| Failure::at(&path, e))
     }
 
-    /// Vertices of a mesh that was read from `path`, as the map displaces them: one for each `v` line (#v). The mesh must be
-    /// the one that was baked, or its carrier, byte for byte.
+    /// Vertices of a mesh that was read from `path`, as the map displaces them: one for each `v` line (#v). Fails if the mesh is
+    /// not, byte for byte, the one that was baked or its carrier.
     pub fn vertices(&self, mesh: &Source, path: &Path) -> Result<Vec<ShaderVertex>, Failure> {
         let carrier = || input::obj(&self.carrier()).ok();
         displace::baked_vertices(mesh, &self.manifest, &carrier).map_err(|e| self.explain(e, path))
     }
 
-    /// Says what is wrong with a mesh in the words of somebody who gave it together with the manifest.
+    /// Says why a mesh does not go with the manifest.
     fn explain(&self, error: MeshError, mesh: &Path) -> Failure {
         let (manifest, path) = (&self.manifest, self.path.display());
         match error {
             MeshError::Foreign => {
                 let reason = format!(
-                    "is not the mesh that {path} belongs to: neither {} nor its carrier {}, byte for byte",
+                    "is not the mesh that {path} belongs to: it is neither {} nor its carrier {}, byte for byte",
                     manifest.source.file, manifest.carrier.obj
                 );
                 Failure::at(mesh, reason)
@@ -77,7 +77,8 @@ impl MapFiles {
                 Failure::at(mesh, reason)
             }
             MeshError::NeedsCarrierNormals => {
-                let reason = format!("has the normals of the map, and is not the file that {path} names");
+                let reason =
+                    format!("is not the file that {path} names, and only that file has the normals of the map");
                 Failure::at(&self.carrier(), reason)
             }
             MeshError::NoSuchElement { vertex, uv } => {

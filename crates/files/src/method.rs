@@ -1,15 +1,15 @@
-//! The gate that every method passes before it runs, whoever runs it.
+//! Prepares a method for running; every program calls this before it runs one.
 
 use crate::failure::Failure;
 use planish_geometry::denoise::Denoiser;
 use std::path::Path;
 
-/// Makes a method ready to run. `origin` is the file that the method comes with: the manifest that names it, or else the mesh
-/// that it is for; errors name that file.
+/// Makes a method ready to run. `origin` is the file that errors name: the manifest that contains the method, or else the mesh
+/// that it will denoise.
 ///
-/// Today this checks the settings against their ranges. A method with a file of weights is resolved here as well: its settings
-/// hold the name and the SHA-256 of that file, which are what manifests keep; this function reads the file beside `origin`,
-/// compares the sum, and puts the bytes into a field that serde skips. `Denoiser::deltas` then needs no file.
+/// This checks the settings against their ranges. A method with a file of weights would be resolved here as well: its settings
+/// would name that file and its SHA-256, as a manifest keeps them; this function would read the file beside `origin`, compare
+/// the sum, and put the bytes into a field that serde skips. `Denoiser::deltas` then needs no file.
 pub fn prepare(denoiser: Denoiser, origin: &Path) -> Result<Denoiser, Failure> {
     denoiser.check().map_err(|e| Failure::at(origin, e))?;
     Ok(denoiser)

@@ -9,10 +9,10 @@ use std::process::ExitCode;
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Set by Ctrl-C; a process has one of it.
+/// True after Ctrl-C. It is global because a process has one handler for Ctrl-C.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Whether a progress bar is wanted. On a standard error that is no terminal there is none in any case.
+/// Whether a progress bar is shown. If standard error is not a terminal, there is none in either case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bar {
     /// Progress is shown.
@@ -39,12 +39,12 @@ impl Terminal {
         Self { bar }
     }
 
-    /// Tells the user something that is worth knowing although all went well.
+    /// Prints a warning: the work succeeded, but the user should know this.
     pub fn warn(&self, text: &str) {
         self.bar.suspend(|| say("warning", &text));
     }
 
-    /// Takes the progress bar away, so that results can be printed.
+    /// Removes the progress bar, so that results can be printed.
     pub fn clear(&self) {
         self.bar.finish_and_clear();
     }
@@ -69,12 +69,13 @@ impl Progress for Terminal {
     }
 }
 
+/// Installs the handler for Ctrl-C, once for each process.
 fn take_over_interrupts() {
     static HANDLER: Once = Once::new();
     HANDLER.call_once(|| {
         let interrupt = || {
             if INTERRUPTED.swap(true, Ordering::Relaxed) {
-                // The second time somebody means it. Nothing is half written: files appear by renaming.
+                // The second Ctrl-C ends the program at once. Nothing is half written, because files appear by renaming.
                 std::process::exit(1);
             }
         };
@@ -83,7 +84,7 @@ fn take_over_interrupts() {
     });
 }
 
-/// Writes to standard output. A reader that went away is not an error.
+/// Writes to standard output. A closed pipe is not an error.
 pub fn print(bytes: &[u8]) {
     let mut out = std::io::stdout().lock();
     let _ = out.write_all(bytes).and_then(|()| out.flush());
@@ -100,7 +101,7 @@ pub fn conclude(outcome: Result<(), Failure>) -> ExitCode {
     }
 }
 
-/// Writes a line to standard error. If nobody listens, the exit code still tells.
+/// Writes a line to standard error. Errors are ignored: the exit code still tells what happened.
 fn say(kind: &str, text: &dyn std::fmt::Display) {
     let _ = writeln!(std::io::stderr(), "{kind}: {text}");
 }

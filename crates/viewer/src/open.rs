@@ -97,7 +97,7 @@ pub fn open(files: &Files, settings: &Settings, progress: &dyn Progress) -> Resu
         (None, Some(map)) => Some(read_map(&mut scene, &model, &mesh, map)?),
         (None, None) if needs_map(settings) => {
             let folder = bake_files::folder_beside(&mesh)?;
-            let job = Job { input: &mesh, model: &model, folder: &folder, spared: &[] };
+            let job = Job { input: &mesh, model: &model, folder: &folder, protected: &[] };
             let (map, files) = bake_map(&mut scene, &job, &BakeSettings::default(), progress)?;
             baked = Some(files);
             Some(map)
@@ -124,7 +124,7 @@ fn read_map(scene: &mut Scene, model: &Model, mesh: &Path, files: MapFiles) -> R
     let vertices = files.vertices(model.source(), mesh)?;
     scene.displacement = Some(model_input::bind_map(model, scene, files.displacement()?, &vertices));
     if let Some(entry) = &files.manifest.normal_map {
-        let path = files.beside(&entry.file);
+        let path = files.path_of(&entry.file);
         scene.normal_map = Some(normal_map(&input::read(&path)?, entry, &path)?);
     }
     Ok(OpenedMap { manifest: files.manifest, vertices })

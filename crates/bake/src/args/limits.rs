@@ -1,4 +1,4 @@
-//! Options that hold every method back.
+//! Options that limit what any method may do.
 
 use super::values::not_negative;
 use crate::failure::Failure;
@@ -9,17 +9,17 @@ use planish_geometry::source::MeshData;
 use std::convert::Infallible;
 use std::path::PathBuf;
 
-/// What denoising may not do.
+/// Options for the limits of denoising.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Limits")]
 pub(crate) struct LimitArgs {
-    /// Vertices that stay: the rim of an open mesh, or those in a file; may be given several times
+    /// Keep vertices where they are: the boundary of an open mesh, or those listed in a file; may be given several times
     ///
-    /// The file has numbers of `v` lines counted from 1, and ranges of them like 3-9, with blanks, commas or line
-    /// breaks between; from # on a line is a comment.
+    /// The file has numbers of `v` lines, counted from 1, and ranges of them like 3-9, separated by blanks, commas or line
+    /// breaks. A comment begins with # and ends with the line.
     #[arg(long, value_name = "boundary|FILE", value_parser = fix)]
     fix: Vec<Fix>,
-    /// How far a vertex may go at most, in mean edge lengths
+    /// Largest displacement of a vertex, in mean edge lengths
     #[arg(long, value_name = "D", value_parser = not_negative, allow_negative_numbers = true)]
     max_displacement: Option<f64>,
     /// Restore the enclosed volume by an even offset; an open mesh needs --fix boundary with it
@@ -27,7 +27,7 @@ pub(crate) struct LimitArgs {
     preserve_volume: bool,
 }
 
-/// `--fix`.
+/// Value of `--fix`.
 #[derive(Clone, Debug)]
 enum Fix {
     Boundary,
@@ -39,14 +39,14 @@ fn fix(text: &str) -> Result<Fix, Infallible> {
 }
 
 impl LimitArgs {
-    /// The files that are read.
+    /// Lists the files with vertices that stay.
     pub(super) fn masks(&self) -> impl Iterator<Item = &PathBuf> {
         self.fix.iter().filter_map(|fix| match fix {
             Fix::Boundary => None,
             Fix::File(path) => Some(path),
         })
     }
-    /// The limits for a mesh.
+    /// Reads those files and returns the limits for a mesh.
     pub(super) fn limits(&self, mesh: &MeshData) -> Result<Limits, Failure> {
         let mut fixed = Mask::default();
         for fix in &self.fix {

@@ -1,4 +1,4 @@
-//! Options of the denoising methods, made from the tables of parameters in the library.
+//! Options of the denoising methods, built from the tables of parameters in the library.
 
 use super::limits::LimitArgs;
 use super::values::possible;
@@ -11,7 +11,7 @@ use planish_geometry::source::MeshData;
 use serde_json::Value;
 use std::path::PathBuf;
 
-/// Where settings start from.
+/// Settings that a method starts from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum PresetArg {
     /// Settings that work on most meshes
@@ -21,27 +21,27 @@ pub(crate) enum PresetArg {
     Paper,
 }
 
-/// Parser of the names of methods.
+/// Returns a parser of the names of methods.
 pub(super) fn denoiser() -> impl TypedValueParser<Value = Denoiser> {
     let every = Denoiser::every();
     let names = every.iter().map(|method| PossibleValue::new(method.name()).help(method_table::summary(method)));
     PossibleValuesParser::new(names.collect::<Vec<_>>()).try_map(|name| Denoiser::named(&name))
 }
 
-/// All options that say how to denoise, and so mean nothing where the denoised mesh is given.
+/// Lists all options that say how to denoise, which have no meaning if the denoised mesh is given.
 pub(super) fn options() -> Vec<Id> {
     let command = MethodArgs::augment_args(Command::new("denoise"));
     command.get_arguments().map(|arg| arg.get_id().clone()).collect()
 }
 
-/// How to denoise.
+/// Options for the method, its settings and its limits.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Denoising")]
 pub(crate) struct MethodArgs {
-    /// Denoising method; `planish help methods` lists their settings
+    /// Denoising method; `planish help methods` lists the settings of each
     #[arg(long, value_parser = denoiser(), default_value = Denoiser::default().name())]
     method: Denoiser,
-    /// Settings that are not given: paper for those of the method's authors, where they differ
+    /// Settings to start from; paper has those of the method's authors, where they differ
     #[arg(long, value_enum, default_value_t)]
     preset: PresetArg,
     #[command(flatten)]
@@ -51,12 +51,12 @@ pub(crate) struct MethodArgs {
 }
 
 impl MethodArgs {
-    /// The method, and its limits for a mesh.
+    /// Returns the method with its settings, and its limits for a mesh.
     pub(crate) fn denoising(&self, mesh: &MeshData) -> Result<Denoising, Failure> {
         Ok(Denoising { denoiser: self.denoiser()?, limits: self.limits.limits(mesh)? })
     }
 
-    /// Files that say which vertices stay.
+    /// Lists the files of `--fix`.
     pub(crate) fn masks(&self) -> impl Iterator<Item = &PathBuf> {
         self.limits.masks()
     }
@@ -78,13 +78,14 @@ impl MethodArgs {
     }
 }
 
+/// Makes the error of an option that the chosen method does not have.
 fn goes_with(option: &str, has_it: impl Fn(&Denoiser) -> bool) -> Failure {
     let every = Denoiser::every();
     let methods: Vec<&str> = every.iter().filter(|method| has_it(method)).map(Denoiser::name).collect();
     Failure::Input(format!("{option} goes with --method {}", methods.join(", ")))
 }
 
-/// Settings of methods that were given, by the names of their parameters.
+/// Settings that the user gave, by the names of their parameters.
 #[derive(Debug)]
 struct SettingArgs {
     given: Vec<(&'static str, Value)>,
@@ -99,7 +100,7 @@ impl Args for SettingArgs {
     }
 }
 
-/// The option of a parameter.
+/// Builds the option of a parameter.
 fn arg(option: &MethodOption) -> Arg {
     let parameter = option.parameter();
     let arg = Arg::new(parameter.name).long(parameter.name).help(option.help());

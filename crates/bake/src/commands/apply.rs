@@ -1,4 +1,4 @@
-//! `planish apply`
+//! The command `planish apply`.
 
 use super::measure;
 use crate::args::ApplyArgs;
@@ -12,6 +12,7 @@ use planish_geometry::progress::Progress as _;
 use serde::Serialize;
 use std::path::PathBuf;
 
+/// Report of the command.
 #[derive(Serialize)]
 struct Applied {
     output: String,
@@ -34,18 +35,18 @@ pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
     console.stage("displacing");
     let vertices = files.vertices(&source, &mesh)?;
     let lambda = args.lambda.unwrap_or(entry.lambda);
-    let places = displace::displaced(&vertices, &map, lambda as f32, entry.origin);
-    let moved = source.data().positions().iter().zip(&places).map(|(p, q)| p.distance(*q));
+    let displaced = displace::displaced(&vertices, &map, lambda as f32, entry.origin);
+    let moved = source.data().positions().iter().zip(&displaced).map(|(p, q)| p.distance(*q));
     let max_displacement = moved.fold(0.0, f64::max);
     console.stage("writing");
-    let bytes = source.with_positions(&places, None).map_err(|e| Failure::at(&mesh, e))?;
+    let bytes = source.with_positions(&displaced, None).map_err(|e| Failure::at(&mesh, e))?;
     console.check()?;
     let written = output.write(&bytes)?;
     let report = Applied {
         output: written.display().to_string(),
         mesh: mesh.display().to_string(),
         lambda,
-        vertices: places.len(),
+        vertices: displaced.len(),
         max_displacement,
     };
     console.report(&report, || {

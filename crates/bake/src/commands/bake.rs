@@ -1,4 +1,4 @@
-//! `planish bake`
+//! The command `planish bake`.
 
 use super::{count, measure};
 use crate::args::{BakeArgs, MapArg, SpaceArg};
@@ -6,44 +6,35 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::output::Folder;
 use planish_files::bake_files::{self, Job};
-use planish_files::words;
+use planish_files::text;
 use planish_geometry::bake::{self, BakeSettings, Carriers, Lambda, LargestSide, LayoutChoice, Quanta};
 use planish_geometry::map::displacement::{FileFormat, MapKind, TexelFormat};
-use planish_geometry::map::manifest::UvSource;
+use planish_geometry::map::manifest::{Manifest, UvSource};
 use planish_geometry::progress::Progress as _;
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+/// Report of the command.
 #[derive(Serialize)]
 struct Wrote<'a> {
     source: String,
     files: Vec<String>,
     size_reason: Option<String>,
     layout_reason: Option<String>,
-    manifest: &'a planish_geometry::map::manifest::Manifest,
+    manifest: &'a Manifest,
 }
 
 pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
-    let texel = texel(args)?;
-    let map = map_kind(args)?;
-    let layout = args.layout;
-    if layout == LayoutChoice::Vertex && args.size.0.is_some() {
-        let reason = "--size does not go with --layout vertex, whose size follows from the number of vertices";
-        return Err(Failure::Input(reason.to_owned()));
-    }
-    if layout == LayoutChoice::Unwrap && !bake::CAN_UNWRAP {
-        let reason =
-            "--layout unwrap is not in this planish; build it with: cargo install --path crates/bake --features unwrap";
-        return Err(Failure::Input(reason.to_owned()));
-    }
+    let (texel, map) = (texel(args)?, map_kind(args)?);
+    check_layout(args)?;
     let input = &args.input;
     let default = || bake_files::default_folder(input);
     let folder = args.output.clone().map_or_else(default, Ok)?;
     let model = super::model(input, args.welding.weld, console)?;
     let folder = Folder::open(&folder)?;
-    let read: Vec<PathBuf> = args.method.masks().chain(&args.target).cloned().collect();
-    let job = Job { input, model: &model, folder: folder.path(), spared: &read };
+    let protected: Vec<PathBuf> = args.method.masks().chain(&args.target).cloned().collect();
+    let job = Job { input, model: &model, folder: folder.path(), protected: &protected };
     let target = match &args.target {
         Some(path) => job.target(path)?,
         None => job.method(args.method.denoising(model.data())?)?,
@@ -54,7 +45,7 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
         normals: args.normals.0,
         lambda: Lambda(args.lambda),
         map,
-        layout,
+        layout: args.layout,
         side: args.size.0,
         largest_side: LargestSide(args.max_size),
         tolerance: Quanta(args.tolerance),
@@ -80,7 +71,22 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The format that was asked for, whole or in part.
+/// Fails if the layout does not go with the size, or is not built in.
+fn check_layout(args: &BakeArgs) -> Result<(), Failure> {
+    let layout = args.layout;
+    if layout == LayoutChoice::Vertex && args.size.0.is_some() {
+        let reason = "--size does not go with --layout vertex, whose size follows from the number of vertices";
+        return Err(Failure::Input(reason.to_owned()));
+    }
+    if layout == LayoutChoice::Unwrap && !bake::CAN_UNWRAP {
+        let reason =
+            "--layout unwrap is not in this planish; build it with: cargo install --path crates/bake --features unwrap";
+        return Err(Failure::Input(reason.to_owned()));
+    }
+    Ok(())
+}
+
+/// Returns the format of the texels; `--format` and `--bits` may give a part of it or all.
 fn texel(args: &BakeArgs) -> Result<TexelFormat, Failure> {
     let format = args.format.unwrap_or(if args.bits == Some(32) { FileFormat::Exr } else { FileFormat::Png });
     let bits = args.bits.unwrap_or(if format == FileFormat::Exr { 32 } else { 16 });
@@ -98,6 +104,7 @@ fn texel(args: &BakeArgs) -> Result<TexelFormat, Failure> {
     })
 }
 
+/// Returns the kind of map.
 fn map_kind(args: &BakeArgs) -> Result<MapKind, Failure> {
     match (args.map, args.space) {
         (MapArg::Scalar, None) => Ok(MapKind::Scalar),
@@ -107,6 +114,7 @@ fn map_kind(args: &BakeArgs) -> Result<MapKind, Failure> {
     }
 }
 
+/// Formats the report for people.
 fn text(baked: &Wrote) -> String {
     let m = baked.manifest;
     let (map, r) = (&m.displacement, &m.report);
@@ -142,31 +150,34 @@ fn text(baked: &Wrote) -> String {
         line("size", reason.clone());
     }
     if let Some(limits) = &r.limits {
-        line("limits", words::limits(limits));
+        line("limits", text::limits(limits));
     }
     if let Some(heights) = &r.heights {
-        line("normals", format!("{}; {heights}", words::along(m.normals)));
+        line("normals", format!("{}; {heights}", text::along(m.normals)));
     }
-    line("error", words::errors(r, map.scale));
-    match &r.own_uvs {
-        Some(own) => {
-            let n = count(own.seam_vertices, "vertex", "vertices");
-            line("seams", format!("gap {} between the wedges of a vertex, {n} with several", r.seam_gap));
-            let text = format!(
-                "{}, {:.1} % covered, {} unresolved",
-                if map.uvs == UvSource::Mesh { "the mesh's own" } else { "a new atlas, in the carrier" },
-                100.0 * r.layout.coverage,
-                count(r.unresolved_vertices, "vertex", "vertices")
-            );
-            line("layout", text);
-        }
-        None => {
-            line("seams", format!("gap {} between the wedges of a vertex", r.seam_gap));
-            line("layout", "one texel for each vertex".to_owned());
-        }
+    line("error", text::errors(r, map.scale));
+    for (head, text) in layout_text(m) {
+        line(head, text);
     }
     for file in &baked.files {
         line("wrote", file.clone());
     }
     out
+}
+
+/// Formats the lines about seams and layout.
+fn layout_text(m: &Manifest) -> [(&'static str, String); 2] {
+    let r = &m.report;
+    let gap = format!("gap {} between the wedges of a vertex", r.seam_gap);
+    let Some(own) = &r.own_uvs else {
+        return [("seams", gap), ("layout", "one texel for each vertex".to_owned())];
+    };
+    let n = count(own.seam_vertices, "vertex", "vertices");
+    let layout = format!(
+        "{}, {:.1} % covered, {} unresolved",
+        if m.displacement.uvs == UvSource::Mesh { "the mesh's own" } else { "a new atlas, in the carrier" },
+        100.0 * r.layout.coverage,
+        count(r.unresolved_vertices, "vertex", "vertices")
+    );
+    [("seams", format!("{gap}, {n} with several")), ("layout", layout)]
 }

@@ -1,4 +1,4 @@
-//! `planish bench-quality`
+//! The command `planish bench-quality`.
 
 mod pairs;
 mod report;
@@ -23,7 +23,7 @@ pub(crate) fn run(args: &BenchQualityArgs, console: &Console) -> Result<(), Fail
     let pairs = pairs::find(&args.folder, &args.pairs)?;
     let denoisers = denoisers(args)?;
     let inputs: Vec<&Path> = pairs.iter().flat_map(|pair| [pair.clean.as_path(), &pair.noisy]).collect();
-    let csv = args.csv.as_ref().map(|place| Csv::open(place, &inputs, console)).transpose()?;
+    let csv = args.csv.as_ref().map(|path| Csv::open(path, &inputs, console)).transpose()?;
 
     let mut report = Report::new(&args.folder, denoisers);
     let complete = pairs.iter().enumerate().try_for_each(|(i, pair)| {
@@ -31,7 +31,7 @@ pub(crate) fn run(args: &BenchQualityArgs, console: &Console) -> Result<(), Fail
         measure(pair, args.harm, &part, &mut report)
     });
     report.finish();
-    // What was measured before an interruption is shown, but no file is left that looks complete.
+    // After an interruption, results so far are printed, but no table is written: it would look complete.
     if complete.is_ok()
         && let Some(csv) = csv
     {
@@ -48,12 +48,12 @@ pub(crate) fn run(args: &BenchQualityArgs, console: &Console) -> Result<(), Fail
     complete.and(report.verdict())
 }
 
-/// The methods that are wanted, with the settings that are wanted.
+/// Returns the methods that were asked for, with their settings.
 fn denoisers(args: &BenchQualityArgs) -> Result<Vec<Denoiser>, Failure> {
-    let wanted = if args.methods.is_empty() { &Denoiser::every()[..] } else { &args.methods };
+    let requested = if args.methods.is_empty() { &Denoiser::every()[..] } else { &args.methods };
     let mut used = vec![false; args.set.len()];
     let mut all = Vec::new();
-    for method in wanted {
+    for method in requested {
         let mut denoiser = match args.preset {
             PresetArg::Default => method.clone(),
             PresetArg::Paper => method.paper().unwrap_or_else(|| method.clone()),
@@ -68,19 +68,19 @@ fn denoisers(args: &BenchQualityArgs) -> Result<Vec<Denoiser>, Failure> {
         all.push(method::prepare(denoiser, &args.folder)?);
     }
     match args.set.iter().zip(used).find(|(_, used)| !used) {
-        Some(((name, _), _)) => Err(Failure::Input(format!("--set {name}: none of the methods has that setting"))),
+        Some(((name, _), _)) => Err(Failure::Input(format!("--set {name}: none of the methods has this setting"))),
         None => Ok(all),
     }
 }
 
-/// The setting of a method as its JSON, the JSON of its vertex update or the command line calls it.
+/// Returns the parameter of a method that has this name in its JSON, in the JSON of its vertex update, or on the command line.
 fn parameter(denoiser: &Denoiser, name: &str) -> Option<&'static Parameter> {
     let at = |pointer: String| denoiser.parameters().find(|parameter| parameter.pointer == pointer);
     at(format!("/{name}")).or_else(|| at(format!("/vertex_update/{name}"))).or_else(|| denoiser.parameter(name))
 }
 
-/// Runs every method over a pair, and with `harm` over its clean mesh as well. A mesh that cannot be used is put down in the
-/// report.
+/// Runs every method on the noisy mesh of a pair, and with `harm` on the clean mesh as well. A mesh that cannot be used is listed
+/// in the report.
 fn measure(pair: &Pair, harm: bool, part: &Part<'_>, report: &mut Report) -> Result<(), Failure> {
     let broken = |method: Option<&Denoiser>, error: String| Broken {
         pair: pair.name.clone(),
@@ -111,12 +111,12 @@ fn measure(pair: &Pair, harm: bool, part: &Part<'_>, report: &mut Report) -> Res
         let share = part.size / report.methods.len() as f64;
         let runs = if harm { 2.0 } else { 1.0 };
         let part = Part { console: part.console, first: part.first + k as f64 * share, size: share / runs };
-        let (places, seconds) = timed(denoiser, &model, &part)?;
-        if let Some(v) = places.iter().position(|p| !p.is_finite()) {
+        let (denoised, seconds) = timed(denoiser, &model, &part)?;
+        if let Some(v) = denoised.iter().position(|p| !p.is_finite()) {
             report.broken.push(broken(Some(denoiser), format!("vertex {} went to infinity", v + 1)));
             continue;
         }
-        let kept = match &clean_model {
+        let denoised_clean = match &clean_model {
             Some(model) => {
                 let part = Part { first: part.first + part.size, ..part };
                 Some(timed(denoiser, model, &part)?.0)
@@ -124,8 +124,9 @@ fn measure(pair: &Pair, harm: bool, part: &Part<'_>, report: &mut Report) -> Res
             None => None,
         };
         part.console.stage("comparing");
-        let harm = kept.map(|kept| metrics::compare(&clean, &clean.clone().at(kept)).map(|found| found.ea)).transpose();
-        match (metrics::compare(&clean, &noisy.at(places)), harm) {
+        let harm =
+            denoised_clean.map(|p| metrics::compare(&clean, &clean.clone().at(p)).map(|found| found.ea)).transpose();
+        match (metrics::compare(&clean, &noisy.at(denoised)), harm) {
             (Ok(found), Ok(harm)) => {
                 report.rows.push(Row::new(pair, denoiser, &before, found, seconds).with_harm(harm));
             }
@@ -135,7 +136,7 @@ fn measure(pair: &Pair, harm: bool, part: &Part<'_>, report: &mut Report) -> Res
     Ok(())
 }
 
-/// Where a method puts the vertices of the file, and the seconds that it takes.
+/// Returns the denoised positions of the source vertices (#v×3), and the seconds that the method takes.
 fn timed(denoiser: &Denoiser, model: &Model, part: &Part<'_>) -> Result<(Vec<glam::DVec3>, f64), Failure> {
     part.console.stage(denoiser.name());
     part.done(0.0);
@@ -145,10 +146,12 @@ fn timed(denoiser: &Denoiser, model: &Model, part: &Part<'_>) -> Result<(Vec<gla
     Ok((model.weld().spread(&denoised), seconds))
 }
 
-/// A part of the whole work, so that the bar shows the share of all of it that is done.
+/// Progress of one part of the work, as a fraction of all of it.
 struct Part<'a> {
     console: &'a Console,
+    /// Fraction of all work that is done when this part begins.
     first: f64,
+    /// Fraction of all work that this part is.
     size: f64,
 }
 

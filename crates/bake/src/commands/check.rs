@@ -1,11 +1,11 @@
-//! `planish check`
+//! The command `planish check`.
 
 use crate::args::CheckArgs;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::input;
 use planish_files::map_files::MapFiles;
-use planish_files::{method, words};
+use planish_files::{method, text};
 use planish_geometry::bake::{self, BakeTarget, WrittenFiles};
 use planish_geometry::denoise::Denoising;
 use planish_geometry::map::manifest::{self, Method, Report};
@@ -15,13 +15,14 @@ use planish_geometry::source::model::Model;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
+/// Report of the command.
 #[derive(Serialize)]
 struct Checked<'a> {
     manifest: String,
     mesh: String,
-    /// What the files do, measured now.
+    /// Errors of the files, measured now.
     report: &'a Report,
-    /// In which ways they do not do what the manifest says.
+    /// Ways in which the files are worse than the manifest says, one sentence each.
     differences: Vec<String>,
 }
 
@@ -32,30 +33,13 @@ pub(crate) fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
     let manifest = &files.manifest;
     let mesh: PathBuf = args.mesh.clone().unwrap_or_else(|| files.source());
     if args.mesh.is_none() && !mesh.exists() {
-        return Err(Failure::at(&mesh, "is not there any more; name the mesh that was baked with --mesh"));
+        return Err(Failure::at(&mesh, "does not exist any more; name the mesh that was baked with --mesh"));
     }
     let source = unchanged(&mesh, &manifest.source.sha256, path)?;
     let carrier = unchanged(&files.carrier(), &manifest.carrier.sha256, path)?;
     let model = Model::new(source, manifest.welding);
     console.check()?;
-    let target = match &manifest.method {
-        Method::Denoiser(Denoising { denoiser, limits }) => {
-            let denoiser = method::prepare(denoiser.clone(), path)?;
-            BakeTarget::Method(Denoising { denoiser, limits: limits.clone() })
-        }
-        Method::Target(target) => {
-            let target_path = files.beside(&target.file);
-            let denoised = unchanged(&target_path, &target.sha256, path)?;
-            if denoised.data().positions().len() != model.data().positions().len() {
-                return Err(Failure::at(&target_path, "has another number of `v` lines than the mesh"));
-            }
-            BakeTarget::from_mesh(&model, denoised.data(), target.clone())
-        }
-        Method::Other(_) => {
-            let name = manifest.method.name();
-            return Err(Failure::at(path, format!("field `method`: this planish does not know {name:?}")));
-        }
-    };
+    let target = target(&files, &model)?;
     let image = files.image();
     let bytes = input::read(&image)?;
     let written = WrittenFiles { displacement: &bytes, carrier: carrier.data() };
@@ -71,7 +55,7 @@ pub(crate) fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
         differences: differences(&manifest.report, &report),
     };
     console.report(&checked, || {
-        let errors = words::errors(&report, manifest.displacement.scale);
+        let errors = text::errors(&report, manifest.displacement.scale);
         let verdict = if checked.differences.is_empty() { "as its manifest says" } else { "not as its manifest says" };
         format!("{}: {verdict}\n  error {errors}\n  gap {} at seams\n", checked.manifest, report.seam_gap)
     });
@@ -81,7 +65,30 @@ pub(crate) fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
     }
 }
 
-/// A mesh that must be what the manifest knows.
+/// Returns what the map was baked from: a method that is ready to run, or the mesh that other means denoised.
+fn target(files: &MapFiles, model: &Model) -> Result<BakeTarget, Failure> {
+    let path = files.path.as_path();
+    match &files.manifest.method {
+        Method::Denoiser(Denoising { denoiser, limits }) => {
+            let denoiser = method::prepare(denoiser.clone(), path)?;
+            Ok(BakeTarget::Method(Denoising { denoiser, limits: limits.clone() }))
+        }
+        Method::Target(target) => {
+            let target_path = files.path_of(&target.file);
+            let denoised = unchanged(&target_path, &target.sha256, path)?;
+            if denoised.data().positions().len() != model.data().positions().len() {
+                return Err(Failure::at(&target_path, "has not as many `v` lines as the mesh"));
+            }
+            Ok(BakeTarget::from_mesh(model, denoised.data(), target.clone()))
+        }
+        Method::Other(_) => {
+            let name = files.manifest.method.name();
+            Err(Failure::at(path, format!("field `method`: this planish does not know {name:?}")))
+        }
+    }
+}
+
+/// Reads a mesh that must have the SHA-256 in the manifest `named_in`.
 fn unchanged(path: &Path, sha256: &str, named_in: &Path) -> Result<Source, Failure> {
     let source = input::source(path)?;
     if manifest::sha256(&source.bytes()) == sha256 {
@@ -90,12 +97,12 @@ fn unchanged(path: &Path, sha256: &str, named_in: &Path) -> Result<Source, Failu
     Err(Failure::at(path, format!("is not the file that {} was made with, byte for byte", named_in.display())))
 }
 
-/// Where what was measured is worse than what was promised.
+/// Lists where the measured report is worse than the one in the manifest.
 fn differences(promised: &Report, measured: &Report) -> Vec<String> {
     let mut out = Vec::new();
-    let mut compare = |what: &str, promised: f64, measured: f64| {
+    let mut compare = |quantity: &str, promised: f64, measured: f64| {
         if measured > promised {
-            out.push(format!("{what} is {measured:e}, and the manifest says {promised:e}"));
+            out.push(format!("{quantity} is {measured:e}, and the manifest says {promised:e}"));
         }
     };
     compare("the largest error", promised.error_bound, measured.max_error);

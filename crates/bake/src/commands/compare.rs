@@ -1,4 +1,4 @@
-//! `planish compare`
+//! The command `planish compare`.
 
 use crate::args::CompareArgs;
 use crate::console::Console;
@@ -13,6 +13,7 @@ use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+/// Report of the command.
 #[derive(Serialize)]
 struct Compared {
     clean: String,
@@ -21,6 +22,7 @@ struct Compared {
     heatmap: Option<Scale>,
 }
 
+/// Measures of one result.
 #[derive(Serialize)]
 struct Row {
     file: String,
@@ -28,52 +30,51 @@ struct Row {
     comparison: Comparison,
 }
 
-/// What the colours of the heat maps mean.
+/// Colour scale of the heat maps.
 #[derive(Serialize)]
 struct Scale {
     heat: Heat,
     unit: &'static str,
-    /// The error of the last colour; that of the first is 0.
+    /// Error of the last colour; the first colour is 0.
     max: f64,
     files: Vec<String>,
 }
 
 pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), Failure> {
     let inputs: Vec<&Path> = args.results.iter().chain([&args.clean]).map(PathBuf::as_path).collect();
-    let maps = args.heatmap.as_deref().map(|place| places(place, &args.results)).transpose()?.unwrap_or_default();
+    let maps = args.heatmap.as_deref().map(|path| heatmap_paths(path, &args.results)).transpose()?.unwrap_or_default();
     if let Some(csv) = args.csv.as_ref().filter(|csv| maps.contains(csv)) {
         return Err(Failure::at(csv, "is named for the heat map and for --csv"));
     }
-    let csv = args.csv.as_ref().map(|place| Csv::open(place, &inputs, console)).transpose()?;
-    let outputs = maps.iter().map(|place| Output::open(place, &inputs)).collect::<Result<Vec<_>, _>>()?;
+    let csv = args.csv.as_ref().map(|path| Csv::open(path, &inputs, console)).transpose()?;
+    let outputs = maps.iter().map(|path| Output::open(path, &inputs)).collect::<Result<Vec<_>, _>>()?;
 
     console.stage("reading");
     let clean = Triangles::from(input::source(&args.clean)?.data());
-    let (mut rows, mut hot) = (Vec::new(), Vec::new());
-    let what = args.heat;
+    let (mut rows, mut heat_maps) = (Vec::new(), Vec::new());
     for path in &args.results {
         console.stage("comparing");
         let result = Triangles::from(input::source(path)?.data());
         let comparison = metrics::compare(&clean, &result).map_err(|e| Failure::at(path, e))?;
         if args.heatmap.is_some() {
-            let heat = metrics::heat(&clean, &result, what).map_err(|e| Failure::at(path, e))?;
-            // The triangles of the clean mesh are what was measured.
-            hot.push((clean.at(result.positions().to_vec()), heat));
+            let heat = metrics::heat(&clean, &result, args.heat).map_err(|e| Failure::at(path, e))?;
+            // Errors were measured on the triangles of the clean mesh.
+            heat_maps.push((clean.at(result.positions().to_vec()), heat));
         }
         rows.push(Row { file: path.display().to_string(), comparison });
         console.done(rows.len() as f64 / args.results.len() as f64);
         console.check()?;
     }
     let scale = args.heatmap.is_some().then(|| Scale {
-        heat: what,
-        unit: if what == Heat::Angle { "°" } else { " mean edge lengths" },
-        max: args.heat_max.unwrap_or_else(|| top(&hot)),
-        files: maps.iter().map(|place| place.display().to_string()).collect(),
+        heat: args.heat,
+        unit: if args.heat == Heat::Angle { "°" } else { " mean edge lengths" },
+        max: args.heat_max.unwrap_or_else(|| percentile_99(&heat_maps)),
+        files: maps.iter().map(|path| path.display().to_string()).collect(),
     });
     let mut files = Vec::new();
     if let Some(scale) = &scale {
         console.stage("writing");
-        let painted = maps.iter().zip(&hot).map(|(place, (mesh, heat))| paint(place, mesh, heat, scale));
+        let painted = maps.iter().zip(&heat_maps).map(|(path, (mesh, heat))| paint(path, mesh, heat, scale));
         files.extend(outputs.into_iter().zip(painted));
     }
     let table = csv.is_some().then(|| csv::table(&rows)).transpose()?.unwrap_or_default();
@@ -93,52 +94,55 @@ pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), Failure> 
     Ok(())
 }
 
-/// The file itself for one result, else one beside it for each, with the name of the result in its own.
-fn places(place: &Path, results: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
-    let extension = place.extension().and_then(|e| e.to_str()).unwrap_or_default();
+/// Returns the path of the heat map for one result, or for several results one path each, with the name of the result in it.
+fn heatmap_paths(path: &Path, results: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
     if !["ply", "obj"].iter().any(|known| extension.eq_ignore_ascii_case(known)) {
-        return Err(Failure::at(place, "--heatmap writes .ply and .obj"));
+        return Err(Failure::at(path, "--heatmap writes .ply and .obj"));
     }
     if results.len() == 1 {
-        return Ok(vec![place.to_path_buf()]);
+        return Ok(vec![path.to_path_buf()]);
     }
     let stem = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let mut places: Vec<PathBuf> = Vec::new();
+    let mut paths: Vec<PathBuf> = Vec::new();
     for result in results {
-        let own = place.with_file_name(format!("{}-{}.{extension}", stem(place), stem(result)));
-        if places.contains(&own) {
+        let own = path.with_file_name(format!("{}-{}.{extension}", stem(path), stem(result)));
+        if paths.contains(&own) {
             return Err(Failure::at(&own, "would be the heat map of two results; compare them one by one"));
         }
-        places.push(own);
+        paths.push(own);
     }
-    Ok(places)
+    Ok(paths)
 }
 
-/// The largest 99th percentile: one bad vertex must not leave all others in one colour.
-fn top(hot: &[(Triangles, Vec<f64>)]) -> f64 {
+/// Returns the largest 99th percentile of the heat maps. The maximum would let one bad vertex leave all others in one colour.
+fn percentile_99(heat_maps: &[(Triangles, Vec<f64>)]) -> f64 {
     let percentile = |heat: &Vec<f64>| {
         let mut sorted: Vec<f64> = heat.iter().copied().filter(|x| x.is_finite()).collect();
         sorted.sort_unstable_by(f64::total_cmp);
         metrics::percentile(&sorted, 0.99)
     };
-    hot.iter().map(|(_, heat)| percentile(heat)).fold(0.0, f64::max)
+    heat_maps.iter().map(|(_, heat)| percentile(heat)).fold(0.0, f64::max)
 }
 
-fn paint(place: &Path, mesh: &Triangles, heat: &[f64], scale: &Scale) -> Vec<u8> {
+/// Formats a heat map as OBJ or PLY, by the extension of its path.
+fn paint(path: &Path, mesh: &Triangles, heat: &[f64], scale: &Scale) -> Vec<u8> {
     let colours = metrics::colours(heat, scale.max);
     let comment = legend(scale);
-    if place.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj")) {
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj")) {
         coloured_mesh::obj(mesh, &colours, &comment)
     } else {
         coloured_mesh::ply(mesh, &colours, heat, &comment)
     }
 }
 
+/// Describes the colour scale.
 fn legend(Scale { heat, unit, max, .. }: &Scale) -> String {
     let name = if *heat == Heat::Angle { "angle" } else { "distance" };
     format!("{name} to the clean surface: violet 0, teal {:.4}, yellow {max:.4}{unit} and more", max / 2.0)
 }
 
+/// Formats the report as a table for people.
 fn text(report: &Compared) -> String {
     let width = report.results.iter().map(|r| r.file.chars().count()).max().unwrap_or(0).max(4);
     let mut out = format!("against {}\n", report.clean);

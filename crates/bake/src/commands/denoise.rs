@@ -1,10 +1,10 @@
-//! `planish denoise`
+//! The command `planish denoise`.
 
 use crate::args::DenoiseArgs;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::output::Output;
-use planish_files::{method, words};
+use planish_files::{method, text};
 use planish_geometry::denoise::limits::Outcome;
 use planish_geometry::denoise::{Denoising, DenoisingError, Moved, NormalField, auto};
 use planish_geometry::map::manifest::HeightsLoss;
@@ -13,11 +13,12 @@ use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+/// Report of the command.
 #[derive(Serialize)]
 struct Denoised {
     output: String,
     method: Denoising,
-    /// What the method `auto` measured and chose.
+    /// Noise that the method `auto` measured, and the candidates that it chose.
     #[serde(skip_serializing_if = "Option::is_none")]
     choice: Option<auto::DenoiseChoice>,
     vertices: usize,
@@ -25,14 +26,14 @@ struct Denoised {
     mean_edge: f64,
     mean_displacement: f64,
     max_displacement: f64,
-    /// With --motion along-normal.
+    /// Loss of heights; only with `--motion along-normal`.
     #[serde(skip_serializing_if = "Option::is_none")]
     heights: Option<Heights>,
     #[serde(skip_serializing_if = "Option::is_none")]
     limits: Option<Outcome>,
 }
 
-/// What heights can hold of the free form.
+/// Difference between the surface that heights can express and the free result.
 #[derive(Serialize)]
 struct Heights {
     normals: NormalField,
@@ -52,16 +53,16 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
         DenoisingError::Cancelled(_) => Failure::Interrupted,
     })?;
     let Moved { deltas, along, limits, choice } = moved;
-    let places = surface.moved_by(&deltas);
-    if let Some(v) = places.iter().position(|p| !p.is_finite()) {
+    let denoised = surface.moved_by(&deltas);
+    if let Some(v) = denoised.iter().position(|p| !p.is_finite()) {
         let line = model.weld().first()[v] + 1;
         return Err(Failure::Internal(format!(
             "vertex {line} went to infinity: use a smaller --step or fewer --iterations"
         )));
     }
     console.stage("writing");
-    let normals = args.update_normals.then(|| model.updated_file_normals(&places));
-    let bytes = model.source().with_positions(&model.weld().spread(&places), normals.as_deref());
+    let normals = args.update_normals.then(|| model.updated_file_normals(&denoised));
+    let bytes = model.source().with_positions(&model.weld().spread(&denoised), normals.as_deref());
     let bytes = bytes.map_err(|e| Failure::at(&args.input, e))?;
     console.check()?;
     let written = output.write(&bytes)?;
@@ -78,29 +79,35 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
         heights: along.map(|(along, normals)| Heights { normals, loss: along.residual.into() }),
         limits,
     };
-    if let Some(warning) = limits.as_ref().and_then(words::volume_not_restored) {
+    if let Some(warning) = limits.as_ref().and_then(text::volume_not_restored) {
         console.warn(&warning);
     }
     if model.data().normals().is_empty() && args.update_normals {
-        console.warn(&format!("{}: --update-normals has nothing to do, there are no `vn` lines", args.input.display()));
+        console.warn(&format!(
+            "{}: --update-normals has no effect, because there are no `vn` lines",
+            args.input.display()
+        ));
     } else if !model.data().normals().is_empty() && !args.update_normals {
-        console.warn("the `vn` lines still hold the noisy normals; --update-normals gives them new numbers");
+        console.warn("the `vn` lines still have the noisy normals; use --update-normals to update them");
     }
-    console.report(&report, || {
-        let Denoised { output, mean_edge, mean_displacement, max_displacement, vertices, .. } = &report;
-        let chosen = report.choice.as_ref().map(|choice| format!("  auto: {choice}\n")).unwrap_or_default();
-        let mut text = format!(
-            "wrote {output}\n{chosen}  {vertices} vertices, moved by {:.3} mean edge lengths on average, {:.3} at most\n",
-            mean_displacement / mean_edge,
-            max_displacement / mean_edge
-        );
-        if let Some(Heights { normals, loss }) = &report.heights {
-            let _ = writeln!(text, "  along normals ({}): {loss}", words::along(*normals));
-        }
-        if let Some(limits) = &report.limits {
-            let _ = writeln!(text, "  limits: {}", words::limits(limits));
-        }
-        text
-    });
+    console.report(&report, || text(&report));
     Ok(())
+}
+
+/// Formats the report for people.
+fn text(report: &Denoised) -> String {
+    let Denoised { output, mean_edge, mean_displacement, max_displacement, vertices, .. } = report;
+    let chosen = report.choice.as_ref().map(|choice| format!("  auto: {choice}\n")).unwrap_or_default();
+    let mut out = format!(
+        "wrote {output}\n{chosen}  {vertices} vertices, moved by {:.3} mean edge lengths on average, {:.3} at most\n",
+        mean_displacement / mean_edge,
+        max_displacement / mean_edge
+    );
+    if let Some(Heights { normals, loss }) = &report.heights {
+        let _ = writeln!(out, "  along normals ({}): {loss}", text::along(*normals));
+    }
+    if let Some(limits) = &report.limits {
+        let _ = writeln!(out, "  limits: {}", text::limits(limits));
+    }
+    out
 }

@@ -1,4 +1,4 @@
-//! `planish methods`
+//! The command `planish methods`.
 
 use crate::args::MethodsArgs;
 use crate::console::Console;

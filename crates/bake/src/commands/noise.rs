@@ -1,4 +1,4 @@
-//! `planish noise`
+//! The command `planish noise`.
 
 use super::measure;
 use crate::args::NoiseArgs;
@@ -9,6 +9,7 @@ use planish_geometry::mesh::synthetic_noise::{self, Noise};
 use planish_geometry::progress::Progress as _;
 use serde::Serialize;
 
+/// Report of the command.
 #[derive(Serialize)]
 struct Added {
     output: String,
@@ -27,9 +28,9 @@ pub(crate) fn run(args: &NoiseArgs, console: &Console) -> Result<(), Failure> {
     let share = args.impulsive.unwrap_or(1.0);
     let noise = Noise { sigma: args.sigma, direction: args.direction, share, seed: args.seed };
     let displacements = synthetic_noise::displacements(surface, &noise);
-    let places: Vec<_> = surface.positions().iter().zip(&displacements).map(|(p, d)| *p + *d).collect();
+    let noisy: Vec<_> = surface.positions().iter().zip(&displacements).map(|(p, d)| *p + *d).collect();
     console.stage("writing");
-    let bytes = model.source().with_positions(&model.weld().spread(&places), None);
+    let bytes = model.source().with_positions(&model.weld().spread(&noisy), None);
     let bytes = bytes.map_err(|e| Failure::at(&args.input, e))?;
     console.check()?;
     let written = output.write(&bytes)?;

@@ -1,4 +1,4 @@
-//! Whatever is wrong with a mesh, a path or an option: one clear line, exit code 2, and nothing left behind.
+//! Errors: whatever is wrong with a mesh, a path or an option gives one clear line, exit code 2, and leaves no files behind.
 
 use crate::folder::Folder;
 use crate::mesh::{Mesh, TRIANGLE};

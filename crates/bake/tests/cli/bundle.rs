@@ -49,9 +49,9 @@ fn the_folder_has_a_default_and_the_size_a_reason() {
 fn the_result_of_any_denoiser_can_be_baked() {
     let folder = Folder::with("in.obj", Mesh::sphere(3).noisy(0.05).obj());
     folder.succeeds("denoise in.obj -o smooth.obj --method laplacian --iterations 7");
-    let way = "--size 256 --weld exact";
-    let target = folder.succeeds_with_json(&format!("bake in.obj -o target --target smooth.obj {way}"));
-    folder.succeeds(&format!("bake in.obj -o method --method laplacian --iterations 7 {way}"));
+    let options = "--size 256 --weld exact";
+    let target = folder.succeeds_with_json(&format!("bake in.obj -o target --target smooth.obj {options}"));
+    folder.succeeds(&format!("bake in.obj -o method --method laplacian --iterations 7 {options}"));
     for name in ["in.displacement.png", "in.normal.png", "in.obj"] {
         assert!(folder.bytes(&format!("target/{name}")) == folder.bytes(&format!("method/{name}")), "{name}");
     }

@@ -68,5 +68,5 @@ fn other_files_than_those_that_were_baked_are_refused() {
     folder.write("out/in.displacement.png", "");
     folder.refuses("check out/in.planish.json", &["in.displacement.png: not a readable PNG"]);
     std::fs::remove_file(folder.path("in.obj")).unwrap();
-    folder.refuses("check out/in.planish.json", &["in.obj: is not there any more", "--mesh"]);
+    folder.refuses("check out/in.planish.json", &["in.obj: does not exist any more", "--mesh"]);
 }

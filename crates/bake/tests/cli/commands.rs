@@ -1,4 +1,4 @@
-//! What `denoise`, `noise`, `compare` and `info` do when all is well.
+//! Results of `denoise`, `noise`, `compare` and `info` on good input.
 
 use crate::folder::Folder;
 use crate::mesh::Mesh;
@@ -54,7 +54,7 @@ fn one_whole_step_is_the_mean_of_the_neighbours() {
         let first = along_normals.vertex_of_line.iter().position(|w| w == v).unwrap();
         assert_eq!(denoised[line], denoised[first], "`v` lines of one vertex stay together");
         // What was baked is the part of this step along the normal: the rest is at right angles to it.
-        let (whole, along) = (denoised[line] - source[line], along_normals.places[line] - source[line]);
+        let (whole, along) = (denoised[line] - source[line], along_normals.positions[line] - source[line]);
         assert!((whole - along).dot(along).abs() < 1e-8 * (1.0 + along.length()), "v line {}", line + 1);
     }
 }

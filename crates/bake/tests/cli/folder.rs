@@ -123,7 +123,7 @@ impl Folder {
     }
 }
 
-/// What a finished process printed.
+/// Output and exit code of a finished process.
 pub(crate) struct Printed {
     pub(crate) code: Option<i32>,
     pub(crate) out: String,

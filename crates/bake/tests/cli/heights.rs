@@ -1,4 +1,4 @@
-//! What a map of heights holds of a denoised surface, and what is said of the rest.
+//! Height maps of a denoised surface, and the report on what heights leave out.
 
 use crate::folder::Folder;
 use crate::mesh::Mesh;

@@ -1,4 +1,4 @@
-//! What no method may do.
+//! Limits that hold for every method.
 
 use crate::folder::Folder;
 use crate::mesh::Mesh;
@@ -38,13 +38,13 @@ fn fixed_lines_keep_their_bytes() {
         "denoise in.obj -o out.obj --method taubin --boundary free --fix boundary --fix eyes.txt --fix nose.txt",
     );
     assert_eq!(report["method"]["limits"]["fixed"], "boundary 10 12-14 25");
-    // 24 of the rim, of which 14 is one.
+    // 24 vertices of the boundary, of which 14 is one.
     assert_eq!(report["limits"], json!({ "fixed_vertices": 28, "stopped_vertices": 0 }));
     let [before, after] = ["in.obj", "out.obj"].map(|name| folder.text(name));
     let moved = before.lines().zip(after.lines()).map(|(a, b)| a != b);
     let moved: Vec<usize> = moved.enumerate().filter(|(_, moved)| *moved).map(|(i, _)| i + 1).collect();
-    let rim = |line: usize| [0, 6].contains(&((line - 1) % 7)) || !(8..=42).contains(&line);
-    assert_eq!(moved, (1..=49).filter(|v| !rim(*v) && ![10, 12, 13, 25].contains(v)).collect::<Vec<_>>());
+    let boundary = |line: usize| [0, 6].contains(&((line - 1) % 7)) || !(8..=42).contains(&line);
+    assert_eq!(moved, (1..=49).filter(|v| !boundary(*v) && ![10, 12, 13, 25].contains(v)).collect::<Vec<_>>());
 }
 
 #[test]
@@ -58,7 +58,7 @@ fn no_vertex_goes_farther_than_it_may() {
     let [before, after] = ["in.obj", "out.obj"].map(|name| vertices(&folder.text(name)));
     for (p, q) in before.iter().zip(&after) {
         let distance = p.iter().zip(q).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
-        // The place is rounded once more than the way to it.
+        // The position is rounded once more than the displacement.
         assert!(distance <= most * (1.0 + 1e-12), "{distance} {most}");
     }
     folder.succeeds("denoise in.obj -o same.obj --max-displacement 0");
@@ -79,7 +79,7 @@ fn the_volume_of_a_closed_mesh_is_restored() {
         assert!(change["by_method"].as_f64().unwrap() < -0.01 * before, "{change}");
         assert!((volume(&folder, "out.obj") / before - 1.0).abs() < 1e-9, "{limits}");
     }
-    // The 60 lines are the pole, a place that no face uses, and 41 vertices of the rows after it.
+    // The 60 lines are the pole, a vertex that no face uses, and 41 vertices of the rows after it.
     let said = folder.succeeds("denoise in.obj -o out.obj --method laplacian --preserve-volume --fix mask.txt").out;
     assert!(said.contains("limits: 43 fixed, 0 stopped, restored a volume of "), "{said}");
 }
@@ -113,7 +113,7 @@ fn a_bake_keeps_to_its_limits_and_its_manifest_repeats_them() {
     let baked = folder.succeeds_with_json("bake in.obj -o out");
     assert_eq!(baked["manifest"]["method"].get("limits"), None);
     assert_eq!(baked["manifest"]["report"].get("limits"), None);
-    // The 18 lines are the pole, a place that no face uses, and three vertices of the row after it.
+    // The 18 lines are the pole, a vertex that no face uses, and three vertices of the row after it.
     assert!(folder.succeeds(&format!("bake in.obj -o out {limits}")).out.contains("\nlimits    5 fixed, "));
 }
 

@@ -1,4 +1,4 @@
-//! Drives the real binary: files and arguments in; files, words and exit codes out.
+//! Drives the real binary, and tests its files, texts and exit codes.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 

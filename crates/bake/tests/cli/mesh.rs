@@ -79,13 +79,13 @@ impl Mesh {
         self
     }
 
-    /// With what scans have: a vertex of no face, a face twice, a face that is turned over and repeated, and one that
+    /// With what scans have: a vertex of no face, a face twice, a face that is flipped and repeated, and one that
     /// names a vertex twice.
     pub(crate) fn with_defects(mut self) -> Self {
-        let (first, mut turned) = (self.faces[0].clone(), self.faces[1].clone());
-        turned.reverse();
+        let (first, mut flipped) = (self.faces[0].clone(), self.faces[1].clone());
+        flipped.reverse();
         let [a, b] = [self.faces[2][0], self.faces[2][1]];
-        self.faces.extend([first, turned, vec![a, b, b]]);
+        self.faces.extend([first, flipped, vec![a, b, b]]);
         self.positions.push([3.0, -2.0, 1.0]);
         self
     }

@@ -26,10 +26,11 @@ fn every_method_denoises_and_bakes_a_mesh_of_polygons_with_defects() {
         folder.succeeds(&format!("bake in.obj -o out --size 64 --method {method}"));
         let mut method = folder.json("out/in.planish.json")["method"].clone();
         // A map of heights is a map of what heights can hold.
-        let places =
-            ["/motion", "/vertex_update/motion"].into_iter().filter(|place| report["method"].pointer(place).is_some());
-        for place in places {
-            let motion = method.pointer_mut(place).unwrap();
+        let pointers = ["/motion", "/vertex_update/motion"]
+            .into_iter()
+            .filter(|pointer| report["method"].pointer(pointer).is_some());
+        for pointer in pointers {
+            let motion = method.pointer_mut(pointer).unwrap();
             assert_eq!(motion.take(), "along-normal");
             *motion = "free".into();
         }

@@ -108,7 +108,7 @@ fn each_result_has_its_own_heat_map_or_there_is_none() {
     folder.refuses(&format!("{both} --heatmap heat.png"), &["heat.png", ".ply and .obj"]);
     folder.refuses(&format!("{both} --heatmap heat.ply --csv heat.ply"), &["heat.ply", "--csv"]);
     folder.refuses_usage(&format!("{both} --heat distance"), &["required"]);
-    // A place that cannot be written takes the other files with it.
+    // If one path cannot be written, no other file is written either.
     folder.write("blocked/heat-ball_noisy.ply/x", "");
     folder.refuses(&format!("{both} pairs/ball_clean.obj --csv t.csv --heatmap blocked/heat.ply"), &["is a directory"]);
     folder.succeeds(&format!("{both} pairs/ball_clean.obj --heatmap new/heat.ply"));

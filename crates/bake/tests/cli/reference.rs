@@ -42,10 +42,10 @@ pub(crate) fn statements<'a>(obj: &'a str, keyword: &'a str) -> Vec<&'a str> {
     obj.lines().filter(|line| line.split_whitespace().next() == Some(keyword)).collect()
 }
 
-/// Where each `v` line belongs at λ = 1 when one whole step to the mean of the neighbours was baked, with a fixed
-/// boundary and angle-weighted normals; and the vertex behind each line.
+/// Positions of the `v` lines at λ = 1 for a bake of one whole step to the mean of the neighbours, with a fixed boundary and
+/// angle-weighted normals; and the vertex of each line.
 pub(crate) struct OneStep {
-    pub(crate) places: Vec<DVec3>,
+    pub(crate) positions: Vec<DVec3>,
     pub(crate) vertex_of_line: Vec<usize>,
 }
 
@@ -64,7 +64,7 @@ impl OneStep {
         }
         let faces = faces.iter().map(|face| face.iter().map(|corner| vertex_of_line[corner[0] - 1]).collect());
         let denoised = one_step(&vertices, faces);
-        Self { places: vertex_of_line.iter().map(|v| denoised[*v]).collect(), vertex_of_line }
+        Self { positions: vertex_of_line.iter().map(|v| denoised[*v]).collect(), vertex_of_line }
     }
 }
 
@@ -92,7 +92,7 @@ fn one_step(vertices: &[DVec3], faces: impl Iterator<Item = Vec<usize>>) -> Vec<
         }
     }
     let boundary: BTreeSet<usize> = faces_of_edge.iter().filter(|e| *e.1 == 1).flat_map(|e| *e.0).collect();
-    let place = |(v, p): (usize, &DVec3)| {
+    let displaced = |(v, p): (usize, &DVec3)| {
         let ring = &neighbours[v];
         if ring.is_empty() || boundary.contains(&v) {
             return *p;
@@ -103,5 +103,5 @@ fn one_step(vertices: &[DVec3], faces: impl Iterator<Item = Vec<usize>>) -> Vec<
         let n = normals[v].normalize_or_zero().as_vec3().as_dvec3();
         *p - lift.dot(n) * n
     };
-    vertices.iter().enumerate().map(place).collect()
+    vertices.iter().enumerate().map(displaced).collect()
 }

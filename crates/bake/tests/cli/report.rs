@@ -30,10 +30,10 @@ fn check(name: &str, mesh: &Mesh, options: &str) {
     let report = &baked["manifest"]["report"];
     let number = |field: &str| report[field].as_f64().unwrap_or_else(|| panic!("{name}: no number {field}"));
     let [source, displaced] = [mesh.obj(), folder.text("displaced.obj")].map(|obj| Lines::of(&obj).positions);
-    let OneStep { places, vertex_of_line } = OneStep::of(&mesh.obj());
-    assert_eq!(displaced.len(), places.len(), "{name}");
+    let OneStep { positions, vertex_of_line } = OneStep::of(&mesh.obj());
+    assert_eq!(displaced.len(), positions.len(), "{name}");
 
-    let largest = displaced.iter().zip(&places).map(|(d, p)| d.distance(*p)).fold(0.0, f64::max);
+    let largest = displaced.iter().zip(&positions).map(|(d, p)| d.distance(*p)).fold(0.0, f64::max);
     let (max_error, bound) = (number("max_error"), number("error_bound"));
     assert!(largest <= bound, "{name} {options}: {largest:e} is more than {bound:e}");
     // And it promises no more than that: the two measurements differ by the rounding that the bound allows for.

@@ -1,4 +1,4 @@
-//! What goes to stdout and to stderr.
+//! Standard output and standard error.
 
 use crate::folder::Folder;
 use crate::mesh::Mesh;

@@ -1,4 +1,4 @@
-//! What needs signals, limits or a shell.
+//! Tests that need signals, resource limits or a shell.
 
 use crate::folder::{Folder, Printed};
 use crate::mesh::Mesh;
@@ -45,7 +45,7 @@ fn a_folder_without_permission_is_refused_before_any_work() {
     if !root {
         folder.refuses("denoise in.obj -o locked/out.obj", &["locked: cannot be written to"]);
         folder.refuses("bake in.obj -o locked", &["locked: cannot be written to"]);
-        folder.refuses("bake in.obj -o locked/new", &["locked/new: cannot be made"]);
+        folder.refuses("bake in.obj -o locked/new", &["locked/new: cannot be created"]);
     }
     set(0o755);
 }

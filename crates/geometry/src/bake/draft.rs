@@ -82,7 +82,8 @@ impl Draft {
             return None;
         }
         let (side, vertices) = (self.maps.size.width, request.model.surface().positions().len());
-        let choice = MapSizeChoice { side, vertices, left: unresolved, reason: MapSizeReason::AlmostExact, largest: side };
+        let choice =
+            MapSizeChoice { side, vertices, left: unresolved, reason: MapSizeReason::AlmostExact, largest: side };
         let problems = self.maps.findings.problems().into_iter().chain(self.maps.findings.crowding()).collect();
         Some(Fallback::Layout { choice, problems })
     }

@@ -232,7 +232,8 @@ impl<'a> Mesh<'a> {
         let error = |&(v, source): &(Index, usize)| {
             let differences = (0..channels.len()).map(|k| {
                 // A vertex without texture coordinates is not displaced.
-                let sampled = self.vertices[source].sample_at.map_or(0.0, |place| map.channel_at(k, place, Weights::Exact));
+                let sampled =
+                    self.vertices[source].sample_at.map_or(0.0, |place| map.channel_at(k, place, Weights::Exact));
                 (f64::from(sampled) - channels[k][v as usize]).abs()
             });
             differences.fold(0.0, f64::max)

@@ -8,7 +8,7 @@ use planish_files::bake_files::{Baked, Job};
 use planish_files::failure::Failure;
 use planish_files::info::{self, Info};
 use planish_files::map_files::MapFiles;
-use planish_files::{input, words};
+use planish_files::{input, text};
 use planish_geometry::map::displace::ShaderVertex;
 use planish_geometry::map::displacement::Displacement;
 use planish_geometry::map::manifest::{self, Manifest};
@@ -122,7 +122,7 @@ fn document(files: &Files, progress: &dyn Progress) -> Result<(Document, Option<
     let Opened { mesh, model, scene, map, warnings, .. } = open::open(files, &without_map(), progress)?;
     progress.check()?;
     progress.stage("looking");
-    let mut info = info::look(&mesh, &model, progress)?;
+    let mut info = info::inspect(&mesh, &model, progress)?;
     info.notes.extend(warnings);
     Ok((Document { mesh, model, info, scene: Arc::new(scene) }, map))
 }
@@ -188,7 +188,7 @@ pub fn bake(
     progress: &dyn Progress,
 ) -> Result<Map, Failure> {
     let read: Vec<PathBuf> = bake_config.limits.mask.iter().cloned().collect();
-    let job = Job { input: &document.mesh, model: &document.model, folder, spared: &read };
+    let job = Job { input: &document.mesh, model: &document.model, folder, protected: &read };
     let mut scene = (*document.scene).clone();
     let settings = bake_config.settings(&job)?;
     let (map, baked) = open::bake_map(&mut scene, &job, &settings, progress)?;
@@ -203,6 +203,6 @@ pub fn bake(
 /// A line about the map: size, bits, formula.
 pub fn map_line(manifest: &Manifest) -> String {
     let map = &manifest.displacement;
-    let [bias, scale] = [map.bias, map.scale].map(words::measure);
+    let [bias, scale] = [map.bias, map.scale].map(text::measure);
     format!("{} × {}, {}: {bias} + {scale} · texel", map.width, map.height, map.texel)
 }

@@ -187,7 +187,7 @@ fn legend(ui: &Ui, rect: Rect, app: &App) {
         let cell = Rect::from_min_size(bar.min + vec2(i as f32 * width, 0.0), vec2(width + 0.5, bar.height()));
         painter.rect_filled(cell, 0.0, Color32::from_rgb(r, g, b));
     }
-    let number = |x: f32| planish_files::words::measure(f64::from(x));
+    let number = |x: f32| planish_files::text::measure(f64::from(x));
     tag(&painter, bar.left_bottom() + vec2(-6.0, 4.0), egui::Align2::LEFT_TOP, &number(range.low));
     tag(&painter, bar.right_bottom() + vec2(6.0, 4.0), egui::Align2::RIGHT_TOP, &number(range.high));
     tag(&painter, bar.center_top() - vec2(0.0, 4.0), egui::Align2::CENTER_BOTTOM, "height, model units");

@@ -1,11 +1,11 @@
-//! Pairs of a clean and a noisy mesh in a folder, and what other programs made of them.
+//! Pairs of a clean and a noisy mesh in a folder, and the results of other programs for them.
 
 use crate::failure::Failure;
 use crate::input;
 use planish_geometry::denoise::Denoiser;
 use std::path::{Path, PathBuf};
 
-/// Columns of the manifest whose figures were made with the settings of the papers, by method.
+/// Columns of the manifest with results for the settings of the papers, by method.
 const COLUMNS: [(&str, &str); 7] = [
     ("laplacian", "Ea_lap_it3"),
     ("taubin", "Ea_taubin_it10"),
@@ -16,22 +16,22 @@ const COLUMNS: [(&str, &str); 7] = [
     ("l0", "Ea_l0abs"),
 ];
 
-/// Of the noisy mesh, which nothing was done to.
+/// Column with the Ea of the noisy mesh.
 const NOISY: &str = "Ea_noisy";
-/// Of the meshes that the authors of methods published, learned ones among them: `METHOD(…)=DEGREES`.
+/// Column with the Ea of meshes that the authors of methods published, learned methods among them: `METHOD(…)=DEGREES`.
 const PUBLISHED: &str = "Ea_PUB";
 
-/// A clean mesh, a noisy one, and the figures of other programs.
+/// A clean mesh, a noisy mesh, and the results of other programs.
 pub(super) struct Pair {
     pub(super) name: String,
     pub(super) clean: PathBuf,
     pub(super) noisy: PathBuf,
-    /// Column and its cell, in the order of the file.
+    /// Names of columns with their cells, in the order of the file.
     cells: Vec<(String, String)>,
 }
 
 impl Pair {
-    /// Ea in degrees that another program reached with these very settings.
+    /// Ea in degrees that the program of the method's authors reached with the same settings, if it is known.
     pub(super) fn reference(&self, denoiser: &Denoiser) -> Option<f64> {
         let (_, column) = COLUMNS.iter().find(|(method, _)| *method == denoiser.name())?;
         let default = Denoiser::every().into_iter().find(|method| method.name() == denoiser.name())?;
@@ -40,7 +40,7 @@ impl Pair {
         cell.and_then(|(_, cell)| cell.parse().ok())
     }
 
-    /// Column and Ea in degrees of the best result of the classical programs.
+    /// Column and Ea in degrees of the best result of a program without learning.
     pub(super) fn best(&self) -> Option<(&str, f64)> {
         let classical =
             self.cells.iter().filter(|(head, _)| head.starts_with("Ea_") && head != NOISY && head != PUBLISHED);
@@ -48,7 +48,7 @@ impl Pair {
         figures.filter(|(_, ea)| *ea > 0.0).min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// Method and Ea in degrees of the result that its authors published.
+    /// Method and Ea in degrees of the mesh that its authors published.
     pub(super) fn published(&self) -> Option<(&str, f64)> {
         let (_, cell) = self.cells.iter().find(|(head, _)| head == PUBLISHED)?;
         let (method, ea) = cell.rsplit_once('=')?;
@@ -56,21 +56,22 @@ impl Pair {
     }
 }
 
-/// The pairs of a folder that have a clean mesh, all of them or those that are named.
-pub(super) fn find(folder: &Path, wanted: &[String]) -> Result<Vec<Pair>, Failure> {
+/// Finds the pairs of a folder that have a clean mesh: all of them if `names` is empty, or those that it names.
+pub(super) fn find(folder: &Path, names: &[String]) -> Result<Vec<Pair>, Failure> {
     let manifest = folder.join("MANIFEST.tsv");
     let mut pairs = if manifest.is_file() { from_manifest(folder, &manifest)? } else { by_name(folder)? };
-    if let Some(unknown) = wanted.iter().find(|name| pairs.iter().all(|pair| pair.name != **name)) {
+    if let Some(unknown) = names.iter().find(|name| pairs.iter().all(|pair| pair.name != **name)) {
         let known: Vec<&str> = pairs.iter().map(|pair| pair.name.as_str()).collect();
         return Err(Failure::at(folder, format!("has no pair {unknown}, but {}", known.join(", "))));
     }
-    pairs.retain(|pair| wanted.is_empty() || wanted.contains(&pair.name));
+    pairs.retain(|pair| names.is_empty() || names.contains(&pair.name));
     if pairs.is_empty() {
         return Err(Failure::at(folder, "has no MANIFEST.tsv with pairs, and no NAME_clean.obj with a NAME_noisy.obj"));
     }
     Ok(pairs)
 }
 
+/// Reads the pairs of a table.
 fn from_manifest(folder: &Path, manifest: &Path) -> Result<Vec<Pair>, Failure> {
     let bytes = input::read(manifest)?;
     let mut reader = csv::ReaderBuilder::new().delimiter(b'\t').quoting(false).from_reader(bytes.as_slice());
@@ -95,6 +96,7 @@ fn from_manifest(folder: &Path, manifest: &Path) -> Result<Vec<Pair>, Failure> {
     Ok(pairs)
 }
 
+/// Finds pairs of files by their names.
 fn by_name(folder: &Path) -> Result<Vec<Pair>, Failure> {
     let failed = |e: std::io::Error| Failure::at(folder, input::plain(&e));
     let mut pairs = Vec::new();

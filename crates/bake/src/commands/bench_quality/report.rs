@@ -1,4 +1,4 @@
-//! What `planish bench-quality` prints.
+//! The report of `planish bench-quality`.
 
 use super::pairs::Pair;
 use crate::failure::Failure;
@@ -8,11 +8,11 @@ use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// All that was measured.
+/// Results of all methods on all pairs.
 #[derive(Serialize)]
 pub(super) struct Report {
     folder: String,
-    /// With all settings.
+    /// Methods with all their settings.
     pub(super) methods: Vec<Denoiser>,
     pub(super) pairs: Vec<Measured>,
     pub(super) rows: Vec<Row>,
@@ -20,7 +20,7 @@ pub(super) struct Report {
     pub(super) broken: Vec<Broken>,
 }
 
-/// A pair before anything is done to it.
+/// A pair before denoising.
 #[derive(Serialize)]
 pub(super) struct Measured {
     pair: String,
@@ -28,12 +28,12 @@ pub(super) struct Measured {
     faces: usize,
     #[serde(rename = "Ea_noisy_deg")]
     noisy: f64,
-    /// Of the classical columns of the manifest.
+    /// Best result of a program without learning.
     best: Option<Figure>,
     published: Option<Figure>,
 }
 
-/// A result of another program.
+/// Result of another program.
 #[derive(Serialize)]
 struct Figure {
     of: String,
@@ -41,7 +41,7 @@ struct Figure {
     ea: f64,
 }
 
-/// What a method made of a pair.
+/// Result of a method for a pair.
 #[derive(Serialize)]
 pub(super) struct Row {
     pair: String,
@@ -49,14 +49,15 @@ pub(super) struct Row {
     seconds: f64,
     #[serde(flatten)]
     ratios: Ratios,
-    /// Mean angle by which the method rotates the faces of the clean mesh, in degrees; `None` where nobody asked.
+    /// Mean angle by which the method rotates the faces of the clean mesh, in degrees; `None` without `--harm`.
     #[serde(rename = "Ea_harm_deg", skip_serializing_if = "Option::is_none")]
     harm: Option<f64>,
     #[serde(flatten)]
     comparison: Comparison,
 }
 
-/// Ea over that of the noisy mesh, of the best classical column, and of the method's own column.
+/// Ratios of an Ea to those of the noisy mesh, of the best program without learning, and of the program of the method's
+/// authors.
 #[derive(Clone, Copy, Serialize)]
 struct Ratios {
     #[serde(rename = "Ea_over_noisy")]
@@ -67,7 +68,7 @@ struct Ratios {
     reference: Option<f64>,
 }
 
-/// A method over all pairs: geometric means of the ratios, sums of the rest.
+/// Summary of a method over all pairs: geometric means of the ratios, sums of the rest.
 #[derive(Serialize)]
 struct Mean {
     method: &'static str,
@@ -78,11 +79,11 @@ struct Mean {
     seconds: f64,
 }
 
-/// What could not be measured.
+/// A pair, or a method on a pair, that could not be measured.
 #[derive(Serialize)]
 pub(super) struct Broken {
     pub(super) pair: String,
-    /// None where a mesh is at fault.
+    /// Name of the method; `None` if a mesh is at fault.
     pub(super) method: Option<&'static str>,
     pub(super) error: String,
 }
@@ -112,7 +113,7 @@ impl Row {
         Self { pair: pair.name.clone(), method: denoiser.name(), seconds, ratios, harm: None, comparison: found }
     }
 
-    /// The row with the mean angle by which the method rotates the faces of the clean mesh, in degrees.
+    /// Returns the row with the mean angle by which the method rotates the faces of the clean mesh, in degrees.
     pub(super) fn with_harm(self, harm: Option<f64>) -> Self {
         Self { harm, ..self }
     }
@@ -147,7 +148,7 @@ impl Report {
         self.means = self.methods.iter().map(mean).collect();
     }
 
-    /// Bad input where something could not be measured.
+    /// Fails if something could not be measured.
     pub(super) fn verdict(&self) -> Result<(), Failure> {
         let Some(first) = self.broken.first() else { return Ok(()) };
         let others = match self.broken.len() - 1 {
@@ -157,6 +158,7 @@ impl Report {
         Err(Failure::Input(format!("{}{others}", first.line())))
     }
 
+    /// Formats the report as a table for people.
     pub(super) fn text(&self) -> String {
         let mut out = String::new();
         let line =

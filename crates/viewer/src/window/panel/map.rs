@@ -6,7 +6,7 @@ use crate::app::App;
 use crate::app::bake_config;
 use crate::app::document::{self, Map};
 use egui::{Color32, ColorImage, Rect, Sense, Ui, Vec2, pos2};
-use planish_files::words;
+use planish_files::text;
 use planish_geometry::bake::{BakeSettings, Carriers, LayoutChoice};
 use planish_geometry::map::displacement::{Displacement, TexelFormat};
 use std::sync::Arc;
@@ -26,7 +26,7 @@ fn facts(ui: &mut Ui, map: &Map) {
         ui.label(reason);
     }
     let report = &map.manifest.report;
-    ui.label(format!("error {}", words::errors(report, map.manifest.displacement.scale)));
+    ui.label(format!("error {}", text::errors(report, map.manifest.displacement.scale)));
     ui.label(format!("gap {} at seams", report.seam_gap));
     for warning in &map.warnings {
         ui.colored_label(ui.visuals().warn_fg_color, format!("⚠ {warning}"));
@@ -106,7 +106,7 @@ fn texel(map: &Map, [x, y]: [f32; 2]) -> Option<String> {
     let encoding = displacement.encoding();
     let heights = displacement.planes().iter().map(|plane| {
         let texel = plane[row as usize * size.width as usize + column as usize];
-        format!("{} = {}", texel, words::measure(f64::from(encoding.bias + encoding.scale * texel)))
+        format!("{} = {}", texel, text::measure(f64::from(encoding.bias + encoding.scale * texel)))
     });
     let heights = heights.collect::<Vec<_>>().join("\n");
     Some(format!("texel ({column}, {row})\n{heights} model units"))

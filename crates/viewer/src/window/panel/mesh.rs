@@ -2,7 +2,7 @@
 
 use crate::app::App;
 use egui::Ui;
-use planish_files::words::{count, measure};
+use planish_files::text::{count, measure};
 
 pub(super) fn show(ui: &mut Ui, app: &App) {
     let Some(document) = app.document() else {

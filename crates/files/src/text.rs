@@ -1,11 +1,11 @@
-//! Numbers as people read them.
+//! Numbers and reports as text for people.
 
 use planish_geometry::denoise::NormalField;
 use planish_geometry::denoise::limits::Outcome;
 use planish_geometry::map::manifest::Report;
 use planish_geometry::source::model::NormalSource;
 
-/// A length, area or volume with six digits that count, whatever the unit of the model.
+/// Formats a length, area or volume with six significant digits, whatever the unit of the model.
 pub fn measure(x: f64) -> String {
     if x == 0.0 {
         return "0".to_owned();
@@ -19,13 +19,13 @@ pub fn measure(x: f64) -> String {
     }
 }
 
-/// A count with its noun.
+/// Formats a count with its noun in the singular or the plural.
 pub fn count(n: usize, one: &str, many: &str) -> String {
     format!("{n} {}", if n == 1 { one } else { many })
 }
 
-/// Errors of the places in model units, and of the map in quanta, which is what the encoding allows, or in shares of
-/// the range where it is far from that.
+/// Formats the errors of a map: of the displaced positions in model units, and of the map alone in quanta, the steps of its
+/// encoding. Errors far above a quantum are given in per cent of `range`, the range of the map.
 pub fn errors(r: &Report, range: f64) -> String {
     let map = &r.map_errors;
     let unit = |error: f64| match r.quantum > 0.0 {
@@ -33,23 +33,23 @@ pub fn errors(r: &Report, range: f64) -> String {
         true if map.max < 100.0 * r.quantum => format!("{:.2} quanta", error / r.quantum),
         true => format!("{:.2} % of the range", 100.0 * error / range),
     };
-    let places = format!("max {:.3e}, 99 % below {:.3e}, mean {:.3e}", r.max_error, r.p99_error, r.mean_error);
-    format!("{places}; of the map alone max {}, 99 % below {}", unit(map.max), unit(map.p99))
+    let positions = format!("max {:.3e}, 99 % below {:.3e}, mean {:.3e}", r.max_error, r.p99_error, r.mean_error);
+    format!("{positions}; of the map alone max {}, 99 % below {}", unit(map.max), unit(map.p99))
 }
 
-/// What a map displaces along, in words.
+/// Describes the normals that a map displaces along.
 pub fn along(normals: NormalField) -> &'static str {
     match normals {
-        NormalField::Source(NormalSource::File) => "those of the file",
-        NormalField::Source(NormalSource::Uniform) => "means over the faces",
+        NormalField::Source(NormalSource::File) => "from the file",
+        NormalField::Source(NormalSource::Uniform) => "mean of the face normals",
         NormalField::Source(NormalSource::Area) => "area-weighted",
         NormalField::Source(NormalSource::Angle) => "angle-weighted",
         NormalField::Denoised => "angle-weighted, of the denoised surface",
-        NormalField::Tilted => "angle-weighted, of the denoised surface, leaning where needed",
+        NormalField::Tilted => "angle-weighted, of the denoised surface, tilted where needed",
     }
 }
 
-/// What limits did.
+/// Describes how limits were kept: vertices that were fixed or stopped, and the volume that was restored.
 pub fn limits(outcome: &Outcome) -> String {
     let mut all = vec![format!("{} fixed, {} stopped", outcome.fixed_vertices, outcome.stopped_vertices)];
     if let Some(change) = &outcome.volume {
@@ -59,7 +59,7 @@ pub fn limits(outcome: &Outcome) -> String {
     all.join(", ")
 }
 
-/// A warning where the volume is another one than before.
+/// Returns a warning if the volume could not be restored.
 pub fn volume_not_restored(outcome: &Outcome) -> Option<String> {
     let change = outcome.volume.filter(|change| !change.restored)?;
     Some(format!(
