@@ -42,6 +42,19 @@ fn sigma_is_known_to_three_standard_errors() {
 }
 
 #[test]
+fn noise_in_all_directions_is_as_large_tangentially_as_along_the_normals() {
+    for clean in [shapes::sphere(4), shapes::bumpy_sheet(40)] {
+        let length = 0.2 * clean.mean_edge();
+        let noise: Vec<DVec3> = gaussians(clean.positions().len(), 6).iter().map(|g| length * *g).collect();
+        let found = level(&displaced(&clean, &noise));
+        // The unit is the mean edge of the smoothed mesh, which is not quite that of the clean one.
+        for sigma in [found.fine, found.tangential] {
+            assert!((sigma / 0.2 - 1.0).abs() < 0.1, "{found:?}");
+        }
+    }
+}
+
+#[test]
 fn noise_is_what_it_was_made_as() {
     for clean in [shapes::sphere(4), shapes::gridded_box(16), shapes::bumpy_sheet(40)] {
         assert_eq!(level(&clean).kind(), Kind::None);
