@@ -2,7 +2,8 @@
 //! viewer shows λ as a slider.
 //!
 //! No ratified extension displaces vertices, so the file holds the map as data, and `extras.planish` of each material
-//! describes it. A client that reads these extras displaces at `TEXCOORD_1`; other clients morph. <https://registry.khronos.org/glTF/specs/2.0>
+//! describes it. A client that reads these extras displaces at `TEXCOORD_1`; other clients morph.
+//! <https://registry.khronos.org/glTF/specs/2.0>
 
 mod glb;
 mod materials;

@@ -82,7 +82,7 @@ impl Parsed {
     }
 }
 
-/// What a carrier borrows; its surface is denoised to half its size, and a bit aside.
+/// Values that a carrier borrows. The denoised surface has half the size and is moved aside.
 struct Owned {
     model: Model,
     normals: Vec<Vec3>,
@@ -164,7 +164,7 @@ fn written(owned: &Owned, origin: DVec3) -> Parsed {
     Parsed::new(&glb(&Carrier { origin, ..owned.carrier() }, &no_files).unwrap())
 }
 
-/// What the corners of a triangle show: position, v down texture coordinates, sample.
+/// Position, texture coordinates (v down) and sampling coordinates of the corners of a triangle.
 type Shown = [([f32; 3], [f32; 2], [f32; 2]); 3];
 
 fn shown_by_model(owned: &Owned, origin: DVec3, material: Option<Index>) -> Vec<Shown> {
