@@ -99,7 +99,7 @@ pub struct Bundle {
     pub choice: Option<MapSizeChoice>,
     /// Reason why the texture coordinates of the mesh were not used; `None` if they were used or not asked for.
     pub fallback: Option<Fallback>,
-    /// Directions that the map displaces along, for [`displace::model_vertices`].
+    /// Directions that the map displaces along, for [`model_vertices`](crate::map::displace::model_vertices).
     pub along: DisplacementDirections,
 }
 

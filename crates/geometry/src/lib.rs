@@ -33,7 +33,7 @@
 //! | module | contents |
 //! | --- | --- |
 //! | [`mesh`] | surfaces: topology, welding, normals, texture coordinates, test shapes and synthetic noise |
-//! | [`source`] | meshes as they come: OBJ files, arrays, materials, and the [`Model`](source::model::Model) made of them |
+//! | [`source`] | meshes as they come: OBJ files, arrays, materials, and the [`Model`] made of them |
 //! | [`mod@denoise`] | methods, their settings and limits, and the heights that represent their results |
 //! | [`map`] | displacement and normal maps: rasterising, fitting, encoding, manifest, and the displacement of a vertex |
 //! | [`bake`](mod@bake) | the whole bake, from a model to the bytes of all files, and its error report |

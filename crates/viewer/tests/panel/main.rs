@@ -56,7 +56,7 @@ fn app() -> App {
 /// A mesh with a map that only changes with the method that made it.
 fn baked(method: &str) -> App {
     let mut app = app();
-    app.choices.bake_config.denoiser = Denoiser::named(method).unwrap();
+    app.choices.bake_config.denoiser = Denoiser::named(method).expect("a method of the library");
     app.open(Path::new(MESH));
     until(&mut app, App::is_baked);
     app
