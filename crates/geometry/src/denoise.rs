@@ -73,7 +73,7 @@ macro_rules! methods {
             pub fn info(&self) -> &'static MethodInfo {
                 match self { $(Self::$method(_) => const { &$method::INFO },)+ }
             }
-            /// The same method with the settings of its paper; none where that names none that fit every mesh.
+            /// Returns this method with the settings of its paper; `None` if the paper gives no settings that apply to every mesh.
             pub fn paper(&self) -> Option<Self> {
                 match self { $(Self::$method(_) => $method::published().map(Self::$method),)+ }
             }
@@ -109,7 +109,7 @@ methods! {
     Auto,
 }
 
-/// δ, and what the method chose.
+/// Displacements δ (#V×3, model units) and the choice of a method that chooses.
 type Outcome = (Vec<DVec3>, Option<auto::DenoiseChoice>);
 
 impl Default for Denoiser {
@@ -123,11 +123,11 @@ impl Denoiser {
     pub fn name(&self) -> &'static str {
         self.info().name
     }
-    /// What the method does and what it is good for, in one line.
+    /// One line on what the method does and what it is good for.
     pub fn summary(&self) -> &'static str {
         self.info().summary
     }
-    /// What [`Denoiser::deltas`] gives, and what was chosen on the way; none by methods that choose nothing.
+    /// Denoises; returns δ as [`Denoiser::deltas`] does, and the choice of a method that chooses, `None` for all others.
     pub fn run(
         &self,
         surface: &Surface,
@@ -141,26 +141,26 @@ impl Denoiser {
         // From a thread outside the pool each parallel loop would be handed over and waited for asleep.
         rayon::scope(|_| self.choose(surface, progress))
     }
-    /// Where its vertices may go; none where it says nothing of it.
+    /// Where the vertices of this method may go; `None` for a method without such a setting.
     pub fn motion(&self) -> Option<Motion> {
         self.clone().motion_mut().copied()
     }
-    /// The same method with another motion, where it has one.
+    /// Returns this method with another motion; methods without a motion stay as they are.
     pub fn with_motion(mut self, motion: Motion) -> Self {
         if let Some(own) = self.motion_mut() {
             *own = motion;
         }
         self
     }
-    /// The same method with vertices that may go anywhere.
+    /// Returns this method with vertices that may go anywhere.
     pub fn freed(&self) -> Self {
         self.clone().with_motion(Motion::Free)
     }
-    /// δᵢ = pᵢ − p*ᵢ, from the denoised place to the vertex. #V×3, model units; zero where a vertex stays.
+    /// Displacements δᵢ = pᵢ − p*ᵢ from the denoised position to the vertex, zero where a vertex stays. #V×3, model units
     pub fn deltas(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
         Ok(self.run(surface, progress)?.0)
     }
-    /// p*ᵢ = pᵢ − δᵢ. #V×3, model units.
+    /// Denoised positions p*ᵢ = pᵢ − δᵢ. #V×3, model units
     pub fn denoised(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
         Ok(surface.moved_by(&self.deltas(surface, progress)?))
     }

@@ -43,15 +43,15 @@ use subsample::{PatchSizes, subsample};
 pub struct Auto {
     /// σ, mean edge lengths; measured on the mesh where it is not given.
     pub noise: Option<f64>,
-    /// The same across the normals, at most; measured where it is not given.
+    /// Largest standard deviation of the noise across the normals, mean edge lengths; measured if it is `None`.
     pub noise_across: Option<f64>,
-    /// What the noise is like; measured where it is not given.
+    /// Kind of the noise; measured if it is `None`.
     pub kind: Option<Kind>,
-    /// What is tried; those that go with the kind of noise where it is not given.
+    /// Candidates that are tried; all that suit the kind of noise if it is `None`.
     pub candidates: Option<Vec<Candidate>>,
     /// Where vertices may go.
     pub motion: Motion,
-    /// What happens at the boundary.
+    /// Treatment of the boundary of an open mesh.
     pub boundary: Boundary,
 }
 
@@ -105,7 +105,7 @@ impl DenoiseMethod for Auto {
     }
 }
 
-/// What the automatic method measured and chose.
+/// Report of the automatic method: the noise it measured and the candidates it chose.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DenoiseChoice {
     /// Noise as measured on the mesh.

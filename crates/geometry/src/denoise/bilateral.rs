@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 pub struct Bilateral {
     /// Number of steps.
     pub iterations: u32,
-    /// What happens at the boundary.
+    /// Treatment of the boundary of an open mesh.
     pub boundary: Boundary,
 }
 

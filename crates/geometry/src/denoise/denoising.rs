@@ -18,7 +18,7 @@ pub struct Denoising {
     /// The method.
     #[serde(flatten)]
     pub denoiser: Denoiser,
-    /// What it may not do.
+    /// Limits of the vertices.
     #[serde(default, skip_serializing_if = "Limits::is_none")]
     pub limits: Limits,
 }
@@ -35,7 +35,7 @@ pub enum DenoisingError {
     /// They do not fit the surface.
     #[error(transparent)]
     Limits(#[from] LimitsError),
-    /// As asked.
+    /// The caller cancelled.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
 }
@@ -58,9 +58,9 @@ pub struct Moved {
     pub deltas: Vec<DVec3>,
     /// Height field that represents the displacements and the normals it goes along; only with [`Output::Heights`].
     pub along: Option<(HeightField, NormalField)>,
-    /// What limits did; none without any.
+    /// Effect of the limits; `None` without limits.
     pub limits: Option<Outcome>,
-    /// What the method chose; none by methods that choose nothing.
+    /// Choice of a method that chooses; `None` for all others.
     pub choice: Option<auto::DenoiseChoice>,
 }
 
@@ -89,7 +89,7 @@ impl Denoising {
     }
 }
 
-/// What heights come near to.
+/// Property of the denoised surface that heights are fitted to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum HeightFit {
     /// Positions of the denoised surface: displacements are projected.
@@ -105,9 +105,9 @@ pub(crate) struct Unbounded {
     pub(crate) deltas: Vec<DVec3>,
     /// Limits of the vertices.
     pub(crate) bounds: Bounds,
-    /// What heights come near to.
+    /// Property of the denoised surface that heights are fitted to.
     pub(crate) fit: HeightFit,
-    /// What the method chose; none by methods that choose nothing.
+    /// Choice of a method that chooses; `None` for all others.
     pub(crate) choice: Option<auto::DenoiseChoice>,
 }
 

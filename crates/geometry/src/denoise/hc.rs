@@ -29,7 +29,7 @@ pub struct Hc {
     pub alpha: f64,
     /// β in 0..=1: how much a vertex's own way counts, and not that of its neighbours.
     pub beta: f64,
-    /// What happens at the boundary.
+    /// Treatment of the boundary of an open mesh.
     pub boundary: Boundary,
 }
 

@@ -30,11 +30,11 @@ pub struct HeightField {
     pub normals: Vec<Vec3>,
     /// Heights hᵢ, positive where the noise lifted the vertex, model units. #V
     pub heights: Vec<f64>,
-    /// What the height field does not represent.
+    /// Part of the denoised surface that the height field does not represent.
     pub residual: HeightResidual,
 }
 
-/// What a height field cannot represent of the denoised surface.
+/// Part of a denoised surface that a height field cannot represent.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HeightResidual {
     /// Mean angle by which denoising rotates the face normals of the input, degrees.

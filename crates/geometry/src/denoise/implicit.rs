@@ -36,7 +36,7 @@ pub struct Implicit {
     pub time: f64,
     /// Weights of the neighbours, those of the input in each step.
     pub weights: EdgeWeights,
-    /// What happens at the boundary.
+    /// Treatment of the boundary of an open mesh.
     pub boundary: Boundary,
     /// How the system is solved.
     pub solver: Solver,

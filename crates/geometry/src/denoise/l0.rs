@@ -31,15 +31,15 @@ pub struct L0 {
     pub sparsity: f64,
     /// α over γ in the first round.
     pub alpha: f64,
-    /// What α is multiplied by after each round.
+    /// Factor of α from round to round.
     pub alpha_growth: f64,
     /// β in the first round.
     pub beta_min: f64,
     /// Rounds end when β reaches this.
     pub beta_max: f64,
-    /// What β is multiplied by after each round; above 1.
+    /// Factor of β from round to round, above 1.
     pub beta_growth: f64,
-    /// What happens at the boundary.
+    /// Treatment of the boundary of an open mesh.
     pub boundary: Boundary,
 }
 

@@ -28,7 +28,7 @@ pub struct Laplacian {
     pub step: f64,
     /// wᵢⱼ.
     pub weights: EdgeWeights,
-    /// What happens at the boundary.
+    /// Treatment of the boundary of an open mesh.
     pub boundary: Boundary,
 }
 

@@ -54,7 +54,7 @@ use serde::{Deserialize, Serialize};
 pub struct Map {
     /// σ, mean edge lengths; measured on the mesh where it is not given.
     pub noise: Option<f64>,
-    /// The same across the normals, at most; measured where it is not given.
+    /// Largest standard deviation of the noise across the normals, mean edge lengths; measured if it is `None`.
     pub noise_across: Option<f64>,
     /// The prior.
     pub prior: Prior,
@@ -62,11 +62,11 @@ pub struct Map {
     pub steps: u32,
     /// Where vertices may go.
     pub motion: Motion,
-    /// What happens at the boundary.
+    /// Treatment of the boundary of an open mesh.
     pub boundary: Boundary,
 }
 
-/// What surfaces are taken to be like.
+/// Prior: the shapes that are expected before the mesh is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Prior {

@@ -1,4 +1,4 @@
-//! What every method says of itself.
+//! The interface of all methods: facts, parameters, published settings and the function.
 
 use super::parameters::Parameter;
 use super::{Motion, auto};
@@ -13,7 +13,7 @@ use serde::de::DeserializeOwned;
 pub struct MethodInfo {
     /// Name, as in JSON and on the command line.
     pub name: &'static str,
-    /// What the method does and what it is good for, in one line.
+    /// One line on what the method does and what it is good for.
     pub summary: &'static str,
     /// Paper that the method is from; none where there is no single one.
     pub reference: Option<Reference>,

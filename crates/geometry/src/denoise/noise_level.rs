@@ -169,7 +169,7 @@ pub(super) fn tangential_stiffness(normal: f64, tangential: f64) -> f64 {
 }
 
 named! {
-    /// What noise is like.
+    /// Kind of noise.
     pub enum Kind {
         /// No noise that could be told from the surface: the mesh stays as it is.
         None = "none",

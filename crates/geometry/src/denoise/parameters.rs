@@ -32,7 +32,7 @@ pub struct Parameter {
     pub is_optional: bool,
     /// Whether only manifests have the setting, and neither the command line nor menus.
     pub is_internal: bool,
-    /// What the parameter does, in a line that continues its name.
+    /// Effect of the parameter, in a line that continues its name.
     pub help: &'static str,
 }
 
@@ -74,7 +74,7 @@ pub struct Preset {
     pub(crate) name: fn(&Value) -> Option<&'static str>,
 }
 
-/// What a value would have to be.
+/// Requirement that a value does not meet.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("not {expected}")]
 pub struct NotAllowed {
@@ -118,7 +118,7 @@ pub enum ParameterError {
     Incomplete {
         /// Name of the method.
         method: &'static str,
-        /// What is wrong.
+        /// Description of the fault.
         problem: String,
     },
 }

@@ -26,7 +26,7 @@ pub struct Taubin {
     pub inflate: f64,
     /// Weights of the neighbours.
     pub weights: EdgeWeights,
-    /// What happens at the boundary.
+    /// Treatment of the boundary of an open mesh.
     pub boundary: Boundary,
 }
 

@@ -40,7 +40,7 @@ pub struct TgvNormals {
 }
 
 impl Default for TgvNormals {
-    /// What is good on parts with sharp edges and curved faces.
+    /// Settings that suit parts with sharp edges and curved faces.
     fn default() -> Self {
         let vertex_update = VertexUpdate::paper(20, Boundary::Free).held();
         Self { iterations: 40, fidelity: 0.7, second_order: 0.4, vertex_update }

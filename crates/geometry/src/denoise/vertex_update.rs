@@ -34,11 +34,11 @@ pub struct VertexUpdate {
     pub iterations: u32,
     /// w, in units of one face: 1 pulls as hard as one of the faces around. 0 in the papers.
     pub closeness: f64,
-    /// What happens at the boundary.
+    /// Treatment of the boundary of an open mesh.
     pub boundary: Boundary,
     /// Where vertices may go.
     pub motion: Motion,
-    /// What happens to steps that fold the surface over.
+    /// Treatment of steps that fold the surface over.
     pub fold_overs: FoldOvers,
 }
 
@@ -69,7 +69,7 @@ named! {
 }
 
 named! {
-    /// What happens to steps that fold the surface over.
+    /// Treatment of steps that fold the surface over.
     #[derive(Default)]
     pub enum FoldOvers {
         /// Steps that would turn a triangle away from its normal are not taken.
@@ -81,7 +81,7 @@ named! {
 }
 
 impl VertexUpdate {
-    /// What the papers do: no closeness, and folds as they come.
+    /// Settings of the papers: no closeness, and folds are allowed.
     pub fn paper(iterations: u32, boundary: Boundary) -> Self {
         let fold_overs = FoldOvers::Allow;
         let scheme = VertexScheme::Descent;

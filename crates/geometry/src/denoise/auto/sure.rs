@@ -17,7 +17,7 @@ use crate::denoise::map::LinearisedNormals;
 use glam::DVec3;
 use std::ops::{Add, Div, Mul};
 
-/// What the estimate needs to know of one result.
+/// Residuals and divergences of one result, from which its risk is estimated.
 pub(super) struct Response {
     /// Smoothed residual A (y − p) of each face. #T×3
     residuals: Vec<DVec3>,

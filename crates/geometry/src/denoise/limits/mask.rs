@@ -27,7 +27,7 @@ pub struct MaskError {
     pub line: usize,
     /// The word at fault.
     pub word: String,
-    /// What is wrong with it.
+    /// Description of the fault.
     pub problem: String,
 }
 

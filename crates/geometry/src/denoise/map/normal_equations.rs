@@ -64,7 +64,7 @@ impl Vector for Unknowns {
     }
 }
 
-/// What is constant in one round: the point of linearisation and the weights there.
+/// Constants of one round: the point of linearisation and the weights there.
 #[derive(Clone, Copy)]
 pub(super) struct Linearisation<'a> {
     /// Normals, linear in the positions.
