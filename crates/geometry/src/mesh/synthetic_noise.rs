@@ -1,107 +1,72 @@
-//! Synthetic noise, for tests and experiments.
+//! Synthetic noise of the kinds that meshes meet in practice, for tests and experiments.
+//!
+//! A kind of noise moves vertex i from pᵢ to pᵢ + dᵢ. Below, ē is the mean edge length of the mesh, σ the deviation that was
+//! asked for in mean edge lengths, nᵢ the vertex normal, and gᵢ are independent Gaussian numbers with variance 1.
+//!
+//! | kind | displacement dᵢ |
+//! | --- | --- |
+//! | white | σ ē gᵢ nᵢ |
+//! | impulsive | σ ē gᵢ nᵢ with probability `share`, else 0 |
+//! | correlated | σ ē (√(1 − w²) cᵢ + w gᵢ) nᵢ, where c is white noise diffused over the mesh, and w = 0.15 |
+//! | rounded | pᵢ to the nearest point of a grid of step √12 σ ē, which has a random offset |
+//! | camera | σ ē aᵢ cᵢ rᵢ along the ray rᵢ from an eye, where aᵢ grows with the square of the depth |
+//! | fade | 2 tᵢ σ ē gᵢ nᵢ, where tᵢ grows from 0 to 1 along a direction |
+//! | partial | σ ē gᵢ nᵢ on one side of a wavy line, else 0 |
+//! | local | σ eᵢ gᵢ nᵢ, where eᵢ is the mean length of the edges of vertex i |
+//! | spikes | ± `length` ē nᵢ at few vertices, else 0 |
+//!
+//! The files of this module have the formulas of each family. All kinds are deterministic: the same mesh, settings and seed
+//! give the same bits.
 
-use crate::mesh::normals::{self, FaceWeight};
-use crate::mesh::surface::Surface;
-use crate::named;
-use glam::DVec3;
-use rand::{Rng, RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal, UnitSphere};
-
-/// Settings of noise that is drawn independently for each vertex.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Noise {
-    /// Standard deviation of the displacement, in mean edge lengths.
-    pub sigma: f64,
-    /// Direction of the displacements.
-    pub direction: Direction,
-    /// Fraction of the vertices that are displaced, 0..=1; below 1 the noise is impulsive.
-    pub share: f64,
-    /// Seed of the random numbers: the same seed gives the same noise.
-    pub seed: u64,
-}
-
-named! {
-    /// Direction in which noise displaces a vertex.
-    #[derive(Default)]
-    pub enum Direction {
-        /// Along the angle-weighted vertex normal, as a depth sensor errs.
-        #[default]
-        Normal = "normal",
-        /// In a uniformly random direction.
-        Random = "random",
-    }
-}
-
-/// Displacements with Gaussian lengths; zero for vertices that are not displaced. #V×3, model units
-pub fn displacements(surface: &Surface, noise: &Noise) -> Vec<DVec3> {
-    let length = noise.sigma * surface.mean_edge();
-    let normals = match noise.direction {
-        Direction::Normal => normals::vertex_normals(surface, FaceWeight::Angle),
-        Direction::Random => Vec::new(),
-    };
-    let mut random = ChaCha8Rng::seed_from_u64(noise.seed);
-    let vertices = 0..surface.positions().len();
-    vertices.map(|v| one(&mut random, noise, length, normals.get(v).copied())).collect()
-}
-
-/// Adds noise to the vertices of a surface.
-pub fn noisy(surface: &Surface, noise: &Noise) -> Surface {
-    let displacements = displacements(surface, noise);
-    surface.at(surface.positions().iter().zip(displacements).map(|(p, d)| *p + d).collect())
-}
-
-/// Draws the same numbers whether the vertex is displaced or not, so that the fraction changes no other vertex.
-fn one(random: &mut impl Rng, noise: &Noise, length: f64, normal: Option<DVec3>) -> DVec3 {
-    let gaussian: f64 = StandardNormal.sample(random);
-    let anywhere: [f64; 3] = UnitSphere.sample(random);
-    let hit = random.random::<f64>() < noise.share;
-    if hit { normal.unwrap_or(anywhere.into()) * (gaussian * length) } else { DVec3::ZERO }
-}
-
+mod camera;
+mod correlated;
+mod rounded;
+mod settings;
+mod spikes;
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::mesh::shapes;
+mod tests;
+mod uneven;
+mod white;
 
-    const QUIET: Noise = Noise { sigma: 0.2, direction: Direction::Normal, share: 1.0, seed: 1 };
+pub use settings::{NoiseSetting, SyntheticKind, SyntheticNoise};
+pub use white::{Direction, Noise, displacements, noisy};
 
-    #[test]
-    fn noise_has_the_deviation_that_was_asked_for() {
-        let sphere = shapes::sphere(5);
-        for direction in [Direction::Normal, Direction::Random] {
-            let moved = displacements(&sphere, &Noise { direction, ..QUIET });
-            let variance = moved.iter().map(|d| d.length_squared()).sum::<f64>() / moved.len() as f64;
-            let sigma = variance.sqrt() / sphere.mean_edge();
-            // 10242 samples: the deviation is known to 0.7 %, five times that is not chance.
-            assert!((sigma / 0.2 - 1.0).abs() < 0.035, "{direction:?}: {sigma}");
-        }
+use crate::mesh::surface::Surface;
+use glam::DVec3;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+/// Displacement that leaves a position as it is, bit for bit: −0 is the neutral element of addition, because −0 + 0 is 0.
+const STILL: DVec3 = DVec3::splat(-0.0);
+
+/// Displacements dᵢ of a kind of noise, which are to be added to the positions; zero where the noise moves nothing. #V×3,
+/// model units
+pub fn synthetic_displacements(surface: &Surface, noise: &SyntheticNoise) -> Vec<DVec3> {
+    let white = |share| Noise { sigma: noise.sigma, direction: noise.direction, share, seed: noise.seed };
+    match noise.kind {
+        SyntheticKind::White => displacements(surface, &white(1.0)),
+        SyntheticKind::Impulsive => displacements(surface, &white(noise.share)),
+        SyntheticKind::Correlated => correlated::displacements(surface, noise),
+        SyntheticKind::Rounded => rounded::displacements(surface, noise),
+        SyntheticKind::Camera => camera::displacements(surface, noise),
+        SyntheticKind::Fade => uneven::fade(surface, noise),
+        SyntheticKind::Partial => uneven::partial(surface, noise),
+        SyntheticKind::Local => uneven::local(surface, noise),
+        SyntheticKind::Spikes => spikes::displacements(surface, noise),
     }
+}
 
-    #[test]
-    fn noise_along_the_normal_stays_there() {
-        let sphere = shapes::sphere(3);
-        let normals = normals::vertex_normals(&sphere, FaceWeight::Angle);
-        for (d, n) in displacements(&sphere, &QUIET).iter().zip(normals) {
-            assert!(d.cross(n).length() < 1e-15);
-        }
-    }
+/// Random numbers of a seed that are independent of those that displace vertices: for directions and offsets, so that giving a
+/// direction does not change the other draws.
+fn layout_numbers(seed: u64) -> ChaCha8Rng {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream(1);
+    random
+}
 
-    #[test]
-    fn impulses_displace_their_fraction_and_leave_the_rest() {
-        let sphere = shapes::sphere(5);
-        let all = displacements(&sphere, &QUIET);
-        let some = displacements(&sphere, &Noise { share: 0.3, ..QUIET });
-        let hit = some.iter().filter(|d| **d != DVec3::ZERO).count();
-        // Binomial with 10242 trials: σ = 46, five of them.
-        assert!((hit as f64 - 3072.6).abs() < 232.0, "{hit}");
-        assert!(all.iter().zip(&some).all(|(a, s)| s == a || *s == DVec3::ZERO));
-    }
-
-    #[test]
-    fn seeds_differ_and_repeat() {
-        let sphere = shapes::sphere(1);
-        assert_eq!(displacements(&sphere, &QUIET), displacements(&sphere, &QUIET));
-        assert_ne!(displacements(&sphere, &QUIET), displacements(&sphere, &Noise { seed: 2, ..QUIET }));
-    }
+/// Centre of the bounding box and half its diagonal; `None` for a mesh without faces or without extent.
+fn sphere_around(surface: &Surface) -> Option<(DVec3, f64)> {
+    let [low, high] = surface.bounds();
+    let radius = low.distance(high) / 2.0;
+    (radius.is_finite() && radius > 0.0).then(|| (low.midpoint(high), radius))
 }
