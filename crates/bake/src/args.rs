@@ -3,12 +3,15 @@
 
 mod limits;
 mod method;
+mod noise;
 mod values;
 
 pub(crate) use method::{MethodArgs, PresetArg};
+pub(crate) use noise::{NoiseArgs, NoiseRequest};
 pub(crate) use values::{MapArg, OrAuto, SpaceArg};
 
 use crate::method_table;
+use clap::builder::ValueParser;
 use clap::{Args, Parser, Subcommand};
 use planish_geometry::bake::LayoutChoice;
 use planish_geometry::denoise::Denoiser;
@@ -16,14 +19,10 @@ use planish_geometry::denoise::NormalField;
 use planish_geometry::map::displacement::FileFormat;
 use planish_geometry::map::normal_map::Convention;
 use planish_geometry::map::{Interpolation, Texels};
-use planish_geometry::mesh::synthetic_noise::Direction;
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::metrics::Heat;
 use std::path::PathBuf;
-use values::{
-    above_zero, bits, finite, in_unit_interval, largest_side, named, named_or_auto, not_negative, setting, side,
-    tolerance, welding,
-};
+use values::{above_zero, bits, finite, largest_side, named, named_or_auto, setting, side, tolerance, welding};
 
 /// Denoise a mesh with a displacement map.
 ///
@@ -88,13 +87,20 @@ pub(crate) enum Command {
     /// DIR has a table MANIFEST.tsv with the columns name, clean and noisy (rows with `-` for clean are skipped), or files NAME_clean.obj and
     /// NAME_noisy.obj. Columns Ea_* have the angles that other programs reached: results are also printed as ratios to the best
     /// of them and, where the settings are the same, to the program of the method's authors.
+    ///
+    /// With --noise, DIR has clean meshes, which are any files *.obj. Each gets noise of the kinds that are named, and the first
+    /// method is measured against the best of the others, by kind and by group of shapes. The groups are in the column group of
+    /// a table MANIFEST.tsv, whose column name or file names the mesh; a mesh may be in several, with commas between them.
+    ///
     /// If a mesh cannot be measured, it is named and the others are measured; the exit code is then 2.
     #[command(
         after_help = "Example:\n  planish bench-quality meshes --methods laplacian,guided-normals --csv quality.csv"
     )]
     BenchQuality(BenchQualityArgs),
     /// Add synthetic noise to a clean mesh
-    #[command(after_help = "Example:\n  planish noise clean.obj -o noisy.obj --sigma 0.2 --seed 7")]
+    ///
+    /// docs/noise.md has the formula of each kind and says which settings it has.
+    #[command(after_help = "Example:\n  planish noise clean.obj -o noisy.obj --kind correlated --sigma 0.2 --seed 7")]
     Noise(NoiseArgs),
     /// Show what is in a mesh file and what is wrong with it
     #[command(after_help = "Example:\n  planish info scan.obj --json")]
@@ -261,10 +267,10 @@ pub(crate) struct BenchQualityArgs {
     /// Folder with clean and noisy meshes
     #[arg(value_name = "DIR")]
     pub(crate) folder: PathBuf,
-    /// Methods, separated by commas [default: all]
+    /// Methods, separated by commas [default: all; with --noise auto and seven classical ones]
     #[arg(long, value_name = "A,B", value_parser = method::denoiser(), value_delimiter = ',')]
     pub(crate) methods: Vec<Denoiser>,
-    /// Names of pairs, separated by commas [default: all]
+    /// Names of pairs, with --noise of clean meshes, separated by commas [default: all]
     #[arg(long, value_name = "X,Y", value_delimiter = ',')]
     pub(crate) pairs: Vec<String>,
     /// Settings to start from; paper has those of the methods' authors, where they differ
@@ -276,33 +282,20 @@ pub(crate) struct BenchQualityArgs {
     /// Denoise the clean meshes too, and report the mean angle by which that rotates their faces
     #[arg(long)]
     pub(crate) harm: bool,
+    /// Make noise of these kinds from clean meshes: all, clean, or a kind of `planish noise` with its standard deviation in mean
+    /// edge lengths, separated by commas
+    #[arg(long, value_name = "KIND[:SIGMA],…", conflicts_with = "harm", value_delimiter = ',')]
+    #[arg(value_parser = ValueParser::new(noise::noise_requests))]
+    pub(crate) noise: Vec<Vec<NoiseRequest>>,
+    /// With --noise, give each mesh only this many of the kinds, in turn, so that all kinds are met
+    #[arg(long, value_name = "N", requires = "noise", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) per_mesh: Option<u32>,
+    /// With --noise, leave out meshes with more triangles
+    #[arg(long, value_name = "N", requires = "noise")]
+    pub(crate) max_faces: Option<usize>,
     /// Write a table with one row for each pair and method; `-` for stdout
     #[arg(long, value_name = "FILE|-")]
     pub(crate) csv: Option<PathBuf>,
-}
-
-#[derive(Args, Debug)]
-pub(crate) struct NoiseArgs {
-    /// The clean mesh
-    #[arg(value_name = "CLEAN.obj")]
-    pub(crate) input: PathBuf,
-    /// Output file for the noisy mesh
-    #[arg(short, long, value_name = "NOISY.obj")]
-    pub(crate) output: PathBuf,
-    /// Standard deviation of the Gaussian noise, in mean edge lengths
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = not_negative)]
-    pub(crate) sigma: f64,
-    /// Direction in which vertices move
-    #[arg(long, value_parser = named::<Direction>(), default_value = Direction::default().name())]
-    pub(crate) direction: Direction,
-    /// Move only this fraction of the vertices, 0 to 1
-    #[arg(long, value_name = "P", allow_negative_numbers = true, value_parser = in_unit_interval)]
-    pub(crate) impulsive: Option<f64>,
-    /// Seed of the random numbers; the same seed gives the same noise
-    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true)]
-    pub(crate) seed: u64,
-    #[command(flatten)]
-    pub(crate) welding: WeldArgs,
 }
 
 #[derive(Args, Debug)]

@@ -95,9 +95,14 @@ pub(super) fn welding(text: &str) -> Result<Welding, String> {
 }
 
 /// Parses a finite number that `is_allowed` accepts, or returns `rule` as the error.
-fn number(text: &str, is_allowed: impl Fn(f64) -> bool, rule: &str) -> Result<f64, String> {
+pub(super) fn number(text: &str, is_allowed: impl Fn(f64) -> bool, rule: &str) -> Result<f64, String> {
     let parsed: Result<f64, _> = text.parse();
     parsed.ok().filter(|x| x.is_finite() && is_allowed(*x)).ok_or_else(|| rule.to_owned())
+}
+
+/// Parses finite numbers with commas between them.
+pub(super) fn numbers(text: &str) -> Option<Vec<f64>> {
+    text.split(',').map(|part| part.trim().parse().ok().filter(|x| f64::is_finite(*x))).collect()
 }
 
 /// Parses a number between −10⁶ and 10⁶.

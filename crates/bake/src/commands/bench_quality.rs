@@ -2,6 +2,7 @@
 
 mod pairs;
 mod report;
+mod synthetic;
 
 use crate::args::{BenchQualityArgs, PresetArg};
 use crate::console::Console;
@@ -20,8 +21,12 @@ use std::path::Path;
 use std::time::Instant;
 
 pub(crate) fn run(args: &BenchQualityArgs, console: &Console) -> Result<(), Failure> {
+    if !args.noise.is_empty() {
+        return synthetic::run(args, console);
+    }
     let pairs = pairs::find(&args.folder, &args.pairs)?;
-    let denoisers = denoisers(args)?;
+    let requested = if args.methods.is_empty() { &Denoiser::every()[..] } else { &args.methods };
+    let denoisers = denoisers(args, requested)?;
     let inputs: Vec<&Path> = pairs.iter().flat_map(|pair| [pair.clean.as_path(), &pair.noisy]).collect();
     let csv = args.csv.as_ref().map(|path| Csv::open(path, &inputs, console)).transpose()?;
 
@@ -48,9 +53,8 @@ pub(crate) fn run(args: &BenchQualityArgs, console: &Console) -> Result<(), Fail
     complete.and(report.verdict())
 }
 
-/// Returns the methods that were asked for, with their settings.
-fn denoisers(args: &BenchQualityArgs) -> Result<Vec<Denoiser>, Failure> {
-    let requested = if args.methods.is_empty() { &Denoiser::every()[..] } else { &args.methods };
+/// Returns methods with the settings that were asked for.
+fn denoisers(args: &BenchQualityArgs, requested: &[Denoiser]) -> Result<Vec<Denoiser>, Failure> {
     let mut used = vec![false; args.set.len()];
     let mut all = Vec::new();
     for method in requested {

@@ -14,6 +14,8 @@ mod help;
 mod limits;
 mod mesh;
 mod methods;
+mod noise;
+mod noise_bench;
 mod page;
 mod quality;
 mod reference;
