@@ -13,5 +13,6 @@ pub mod shapes;
 pub mod surface;
 pub mod synthetic_noise;
 pub mod topology;
+pub(crate) mod triangle_tree;
 pub(crate) mod union_find;
 pub mod weld;

@@ -14,7 +14,8 @@ pub use heat::{Heat, colours, heat};
 pub use triangles::Triangles;
 
 use crate::mesh::jagged::Index;
-use distance::{Distances, TriangleTree};
+use crate::mesh::triangle_tree::TriangleTree;
+use distance::Distances;
 use glam::DVec3;
 use serde::Serialize;
 use triangles::{Edges, FaceGeometry};
@@ -203,7 +204,8 @@ impl DistanceErrors {
         let used: Vec<usize> = (0..is_used.len()).filter(|&v| is_used[v]).collect();
         let at = |mesh: &Triangles| used.iter().map(|&v| mesh.positions[v]).collect::<Vec<_>>();
         let to_clean = clean.distances(&at(result));
-        let to_result = TriangleTree::new(&result.positions, faces).distances(&at(clean));
+        let to_result = TriangleTree::new(&result.positions, faces.iter().copied()).distances(&at(clean));
+        let to_result = Distances(to_result);
         let squares = used.iter().zip(&to_clean.0).map(|(&v, d)| vertex_areas[v] * d * d).sum::<f64>();
         let area = used.iter().map(|&v| vertex_areas[v]).sum::<f64>();
         let moved = used.iter().map(|&v| clean.positions[v].distance(result.positions[v]));

@@ -1,9 +1,10 @@
 //! Triangle meshes for comparisons: positions, triangles, geometry of the triangles, and edges.
 
 use super::CompareError;
-use super::distance::{Distances, TriangleTree};
+use super::distance::Distances;
 use crate::mesh::jagged::{Index, Ragged};
 use crate::mesh::polygon;
+use crate::mesh::triangle_tree::TriangleTree;
 use crate::source::MeshData;
 use glam::DVec3;
 use std::sync::OnceLock;
@@ -64,7 +65,8 @@ impl Triangles {
 
     /// Distance of each point (#P×3) to the mesh. #P, model units
     pub(super) fn distances(&self, points: &[DVec3]) -> Distances {
-        self.tree.get_or_init(|| TriangleTree::new(&self.positions, &self.triangles)).distances(points)
+        let tree = || TriangleTree::new(&self.positions, self.triangles.iter().copied());
+        Distances(self.tree.get_or_init(tree).distances(points))
     }
 
     /// Returns an error unless the triangles of another mesh join the same vertices, in any order and from any first corner.
