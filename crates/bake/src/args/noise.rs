@@ -19,6 +19,9 @@ pub(crate) struct NoiseArgs {
     /// Output file for the noisy mesh
     #[arg(short, long, value_name = "NOISY.obj")]
     pub(crate) output: PathBuf,
+    /// Output file for the clean counterpart of the noisy mesh, for kinds that make a mesh with vertices of its own
+    #[arg(long, value_name = "CLEAN-OUT.obj")]
+    pub(crate) clean: Option<PathBuf>,
     /// Kind of noise [default: white]
     #[arg(long, value_parser = named::<SyntheticKind>())]
     kind: Option<SyntheticKind>,
@@ -38,7 +41,7 @@ pub(crate) struct NoiseArgs {
 /// Settings of the kinds of noise.
 #[derive(Args, Debug)]
 struct NoiseSettingArgs {
-    /// Standard deviation of the noise, in mean edge lengths [default: that of the kind]
+    /// Standard deviation of the noise, in mean edge lengths; needed without --kind [default: that of the kind]
     #[arg(long, value_name = "S", required_unless_present = "kind")]
     #[arg(allow_negative_numbers = true, value_parser = not_negative)]
     sigma: Option<f64>,
@@ -51,7 +54,7 @@ struct NoiseSettingArgs {
     /// Length of a spike, in mean edge lengths [default: 4]
     #[arg(long, value_name = "L", allow_negative_numbers = true, value_parser = not_negative)]
     length: Option<f64>,
-    /// Distance over which the correlation of the noise falls to 1/e, in edges [default: 3, with --kind camera 1]
+    /// Distance over which the correlation of the noise falls to 1/e, in edges or pixels [default: 1, with --kind correlated 3]
     #[arg(long, value_name = "R", allow_negative_numbers = true, value_parser = correlation)]
     correlation: Option<f64>,
     /// Direction to the eye of the camera, in which noise grows, or to the noisy part [default: random]
@@ -60,6 +63,9 @@ struct NoiseSettingArgs {
     /// Distance of the eye from the centre of the mesh, in radii of the sphere around its bounding box [default: 2.5]
     #[arg(long, value_name = "D", allow_negative_numbers = true, value_parser = distance)]
     distance: Option<f64>,
+    /// Width of a pixel at the centre of the mesh, or of a voxel, in mean edge lengths [default: 1]
+    #[arg(long, value_name = "W", allow_negative_numbers = true, value_parser = above_zero)]
+    step: Option<f64>,
 }
 
 impl NoiseArgs {
@@ -76,6 +82,15 @@ impl NoiseArgs {
         take(&mut noise.correlation, given.correlation, kind, NoiseSetting::Correlation)?;
         take(&mut noise.towards, given.towards.map(Some), kind, NoiseSetting::Towards)?;
         take(&mut noise.distance, given.distance, kind, NoiseSetting::Distance)?;
+        take(&mut noise.step, given.step, kind, NoiseSetting::Step)?;
+        if self.clean.is_some() && kind.keeps_connectivity() {
+            let others = SyntheticKind::ALL.into_iter().filter(|kind| !kind.keeps_connectivity());
+            let kinds: Vec<&str> = others.map(SyntheticKind::name).collect();
+            let (kinds, kind) = (kinds.join(", "), kind.name());
+            return Err(Failure::Input(format!(
+                "--clean goes with --kind {kinds}; with {kind} the clean mesh is the input"
+            )));
+        }
         Ok(noise)
     }
 }
@@ -149,7 +164,8 @@ fn correlation(text: &str) -> Result<f64, String> {
 /// Parses `--distance`, in radii.
 fn distance(text: &str) -> Result<f64, String> {
     above_zero(text)?;
-    number(text, |x| x >= 1.0, "not a number of at least 1; nearer than that the eye is inside of the mesh")
+    let rule = "not a number of at least 1.1; nearer than that the eye is almost inside of the mesh";
+    number(text, |x| x >= SyntheticNoise::NEAREST, rule)
 }
 
 /// Parses `--towards`.

@@ -17,6 +17,7 @@ use planish_geometry::metrics::{self, Triangles};
 use planish_geometry::progress::Progress;
 use planish_geometry::source::model::Model;
 use report::{Broken, Measured, Report, Row};
+use serde::Serialize;
 use std::path::Path;
 use std::time::Instant;
 
@@ -37,20 +38,31 @@ pub(crate) fn run(args: &BenchQualityArgs, console: &Console) -> Result<(), Fail
     });
     report.finish();
     // After an interruption, results so far are printed, but no table is written: it would look complete.
-    if complete.is_ok()
-        && let Some(csv) = csv
-    {
-        let table = csv::table(&report.rows)?;
-        match csv {
-            Csv::File(output) => output::write_all(vec![(output, table)])?,
-            Csv::Stdout => {
-                console.print_bytes(&table);
-                return report.verdict();
-            }
-        }
+    if complete.is_ok() && write_table(csv, &report.rows, console)? == Stdout::Taken {
+        return report.verdict();
     }
     console.report(&report, || report.text());
     complete.and(report.verdict())
+}
+
+/// Whether stdout is left for the report, or has a table.
+#[derive(PartialEq, Eq)]
+enum Stdout {
+    Free,
+    Taken,
+}
+
+/// Writes a table where it was asked for.
+fn write_table(csv: Option<Csv>, rows: &[impl Serialize], console: &Console) -> Result<Stdout, Failure> {
+    let Some(csv) = csv else { return Ok(Stdout::Free) };
+    let table = csv::table(rows)?;
+    match csv {
+        Csv::File(output) => output::write_all(vec![(output, table)]).map(|()| Stdout::Free),
+        Csv::Stdout => {
+            console.print_bytes(&table);
+            Ok(Stdout::Taken)
+        }
+    }
 }
 
 /// Returns methods with the settings that were asked for.

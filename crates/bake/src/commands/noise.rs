@@ -4,11 +4,12 @@ use super::measure;
 use crate::args::NoiseArgs;
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::output::Output;
-use glam::DVec3;
-use planish_geometry::mesh::synthetic_noise::{self, NoiseSetting, SyntheticKind, SyntheticNoise};
+use crate::output::{self, Output};
+use planish_geometry::mesh::surface::Surface;
+use planish_geometry::mesh::synthetic_noise::{self, Disturbed, NoiseSetting, Remeshed, SyntheticKind, SyntheticNoise};
 use planish_geometry::progress::Progress as _;
 use planish_geometry::source::model::Model;
+use planish_geometry::source::{Arrays, MeshData, Source};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -16,6 +17,9 @@ use serde_json::{Map, Value};
 #[derive(Serialize)]
 struct Added {
     output: String,
+    /// File of the clean counterpart.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    clean: Option<String>,
     kind: SyntheticKind,
     /// Settings that the kind has.
     settings: Map<String, Value>,
@@ -31,34 +35,98 @@ struct Added {
 pub(crate) fn run(args: &NoiseArgs, console: &Console) -> Result<(), Failure> {
     let noise = args.noise()?;
     let output = Output::open(&args.output, &[&args.input])?;
+    let clean_output = args.clean.as_ref().map(|path| Output::open(path, &[&args.input])).transpose()?;
+    if args.clean.as_ref() == Some(&args.output) {
+        return Err(Failure::at(&args.output, "cannot be both the noisy mesh and --clean"));
+    }
     let model = super::model(&args.input, args.welding.weld, console)?;
     console.stage("noise");
-    let displacements = synthetic_noise::synthetic_displacements(model.surface(), &noise);
-    console.stage("writing");
-    let bytes = displaced(&model, &displacements).map_err(|e| Failure::at(&args.input, e))?;
+    let made = NoisyMesh::new(&model, &noise).map_err(|e| Failure::at(&args.input, e))?;
     console.check()?;
-    let written = output.write(&bytes)?;
-    let report = Added::new(written.display().to_string(), &noise, &model, &displacements);
+    console.stage("writing");
+    let report = Added::new(args, &noise, &model, &made);
+    let clean = clean_output.zip(made.clean.map(|clean| clean.bytes().into_owned()));
+    output::write_all([(output, made.bytes)].into_iter().chain(clean).collect())?;
     console.report(&report, || report.text());
     Ok(())
 }
 
-/// Returns the file of a mesh with displacements (#V×3) added to its positions.
-pub(super) fn displaced(model: &Model, displacements: &[DVec3]) -> Result<Vec<u8>, planish_geometry::source::NoFile> {
-    let noisy: Vec<_> = model.surface().positions().iter().zip(displacements).map(|(p, d)| *p + *d).collect();
-    model.source().with_positions(&model.weld().spread(&noisy), None)
+/// A mesh with noise, as a file.
+pub(super) struct NoisyMesh {
+    /// The mesh as an OBJ file; the file of the clean mesh with other numbers, if its connectivity is kept.
+    pub(super) bytes: Vec<u8>,
+    /// Clean mesh with the same connectivity; `None` if that is the mesh that the noise was made from.
+    pub(super) clean: Option<Source>,
+    /// Lengths of the displacements of the vertices, model units. #V
+    lengths: Vec<f64>,
+}
+
+/// Reasons why there is no noisy mesh, as texts for people.
+#[derive(Debug)]
+pub(super) enum Refused {
+    /// The kind of noise does not go with the mesh, as voxels do not with an open one.
+    Inapplicable(String),
+    /// Something is wrong with the mesh.
+    Broken(String),
+}
+
+impl Refused {
+    pub(super) fn broken(error: impl std::fmt::Display) -> Self {
+        Self::Broken(error.to_string())
+    }
+}
+
+impl std::fmt::Display for Refused {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (Self::Inapplicable(text) | Self::Broken(text)) = self;
+        f.write_str(text)
+    }
+}
+
+impl NoisyMesh {
+    /// Adds noise to a mesh.
+    pub(super) fn new(model: &Model, noise: &SyntheticNoise) -> Result<Self, Refused> {
+        let disturbed = synthetic_noise::disturb(model.surface(), noise);
+        match disturbed.map_err(|e| Refused::Inapplicable(e.to_string()))? {
+            Disturbed::Moved(displacements) => {
+                let noisy: Vec<_> =
+                    model.surface().positions().iter().zip(&displacements).map(|(p, d)| *p + *d).collect();
+                let bytes = model.source().with_positions(&model.weld().spread(&noisy), None);
+                Ok(Self {
+                    bytes: bytes.map_err(Refused::broken)?,
+                    clean: None,
+                    lengths: displacements.iter().map(|d| d.length()).collect(),
+                })
+            }
+            Disturbed::Remeshed(pair) => {
+                let Remeshed { clean, noisy } = *pair;
+                let pairs = clean.positions().iter().zip(noisy.positions());
+                let lengths = pairs.map(|(p, q)| p.distance(*q)).collect();
+                let bytes = source(&noisy)?.bytes().into_owned();
+                Ok(Self { bytes, clean: Some(source(&clean)?), lengths })
+            }
+        }
+    }
+}
+
+/// Returns a surface as a mesh of its own.
+fn source(surface: &Surface) -> Result<Source, Refused> {
+    let (positions, faces) = (surface.positions().to_vec(), surface.topology().faces().clone());
+    let data = MeshData::try_from(Arrays { positions, faces, ..Arrays::default() });
+    Ok(data.map_err(Refused::broken)?.into())
 }
 
 impl Added {
-    fn new(output: String, noise: &SyntheticNoise, model: &Model, displacements: &[DVec3]) -> Self {
-        let moved_vertices = displacements.iter().filter(|d| d.length_squared() > 0.0).count();
-        let squares = displacements.iter().map(|d| d.length_squared()).sum::<f64>();
+    fn new(args: &NoiseArgs, noise: &SyntheticNoise, model: &Model, made: &NoisyMesh) -> Self {
+        let moved_vertices = made.lengths.iter().filter(|length| **length > 0.0).count();
+        let squares = made.lengths.iter().map(|length| length * length).sum::<f64>();
         Self {
-            output,
+            output: args.output.display().to_string(),
+            clean: args.clean.as_ref().map(|path| path.display().to_string()),
             kind: noise.kind,
             settings: noise.to_json(),
             seed: noise.seed,
-            vertices: displacements.len(),
+            vertices: made.lengths.len(),
             moved_vertices,
             mean_edge: model.surface().mean_edge(),
             sigma: noise.kind.settings().contains(&NoiseSetting::Sigma).then_some(noise.sigma),
@@ -67,10 +135,11 @@ impl Added {
     }
 
     fn text(&self) -> String {
-        let Self { output, kind, vertices, moved_vertices, mean_edge, rms_displacement, .. } = self;
+        let Self { output, clean, kind, vertices, moved_vertices, mean_edge, rms_displacement, .. } = self;
         let rms = rms_displacement / mean_edge;
+        let clean = clean.as_ref().map(|clean| format!(" and {clean}")).unwrap_or_default();
         format!(
-            "wrote {output}\n  {} noise: {moved_vertices} of {vertices} vertices moved, rms {rms:.4} mean edge lengths of {}\n",
+            "wrote {output}{clean}\n  {} noise: {moved_vertices} of {vertices} vertices moved, rms {rms:.4} mean edge lengths of {}\n",
             kind.name(),
             measure(*mean_edge)
         )

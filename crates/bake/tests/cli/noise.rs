@@ -4,8 +4,8 @@ use crate::folder::Folder;
 use crate::mesh::Mesh;
 use serde_json::Value;
 
-/// Kinds that move vertices, with the settings that each has.
-const KINDS: [(&str, &[&str]); 9] = [
+/// Kinds with the settings that each has.
+const KINDS: [(&str, &[&str]); 12] = [
     ("white", &["sigma", "direction"]),
     ("impulsive", &["sigma", "direction", "share"]),
     ("correlated", &["sigma", "correlation"]),
@@ -15,10 +15,16 @@ const KINDS: [(&str, &[&str]); 9] = [
     ("partial", &["sigma", "direction", "share", "towards"]),
     ("local", &["sigma", "direction"]),
     ("spikes", &["share", "length"]),
+    ("range-image", &["sigma", "correlation", "towards", "distance", "step"]),
+    ("fusion", &["sigma", "correlation", "distance", "step"]),
+    ("voxels", &["step"]),
 ];
 
+/// Kinds that make a mesh with vertices of its own.
+const REMESHED: [&str; 3] = ["range-image", "fusion", "voxels"];
+
 /// A value for each setting, which is the default of no kind.
-const VALUES: [(&str, &str); 7] = [
+const VALUES: [(&str, &str); 8] = [
     ("sigma", "0.15"),
     ("direction", "random"),
     ("share", "0.3"),
@@ -26,6 +32,7 @@ const VALUES: [(&str, &str); 7] = [
     ("correlation", "2"),
     ("towards", "-1,0.5,2"),
     ("distance", "4"),
+    ("step", "0.7"),
 ];
 
 #[test]
@@ -107,7 +114,7 @@ fn the_clean_part_of_partial_noise_keeps_its_bytes() {
 fn vertices_that_a_seam_splits_move_together() {
     let mesh = Mesh::sphere(8).split_at_seams();
     let folder = Folder::with("in.obj", mesh.obj());
-    for (kind, _) in KINDS {
+    for (kind, _) in KINDS.iter().filter(|(kind, _)| !REMESHED.contains(kind)) {
         folder.succeeds(&format!("noise in.obj -o out.obj --kind {kind}"));
         let out = folder.text("out.obj");
         let lines: Vec<&str> = out.lines().filter(|line| line.starts_with("v ")).collect();
@@ -126,11 +133,40 @@ fn values_out_of_range_are_refused() {
         ("--kind spikes --share 1.5", "between 0 and 1"),
         ("--kind spikes --length -1", "between 0 and"),
         ("--kind correlated --correlation 101", "between 0 and 100"),
-        ("--kind camera --distance 0.9", "at least 1"),
+        ("--kind camera --distance 1", "at least 1.1"),
+        ("--kind voxels --step 0", "between 0.000001 and"),
         ("--kind camera --towards 0,0,0", "three numbers"),
         ("--kind camera --towards 1,2", "three numbers"),
         ("--kind fade --towards 1,nan,2", "three numbers"),
     ] {
         folder.refuses_usage(&format!("noise in.obj -o new/out.obj {option}"), &[word]);
     }
+}
+
+#[test]
+fn a_mesh_that_is_measured_anew_comes_with_its_clean_counterpart() {
+    let folder = Folder::with("in.obj", Mesh::sphere(12).obj());
+    for kind in REMESHED {
+        folder.succeeds(&format!("noise in.obj -o noisy.obj --clean truth.obj --kind {kind} --seed 4"));
+        let line = format!("noise in.obj -o alone.obj --kind {kind} --seed 4");
+        assert!(folder.succeeds_with_json(&line).get("clean").is_none());
+        assert!(folder.bytes("alone.obj") == folder.bytes("noisy.obj"), "{kind}");
+        let faces = |name: &str| -> Vec<String> {
+            folder.text(name).lines().filter(|line| line.starts_with("f ")).map(str::to_owned).collect()
+        };
+        assert!(faces("noisy.obj") == faces("truth.obj") && faces("noisy.obj") != faces("in.obj"), "{kind}");
+        let compared = folder.succeeds_with_json("compare truth.obj noisy.obj");
+        let ea = compared["results"][0]["Ea_deg"].as_f64().unwrap();
+        assert!((1.0..60.0).contains(&ea), "{kind}: {ea}");
+    }
+    let printed = folder.succeeds("noise in.obj -o noisy.obj --clean truth.obj --kind fusion").out;
+    assert!(printed.starts_with("wrote noisy.obj and truth.obj\n  fusion noise: "), "{printed}");
+
+    let line = "noise in.obj -o new/noisy.obj --clean";
+    folder.refuses(&format!("{line} new/noisy.obj --kind voxels"), &["new/noisy.obj", "both"]);
+    folder.refuses(&format!("{line} in.obj --kind voxels"), &["in.obj", "is an input"]);
+    folder.refuses(&format!("{line} truth.obj --sigma 1"), &["--clean", "range-image, fusion, voxels", "the input"]);
+    folder.write("open.obj", Mesh::grid(4).obj());
+    folder.refuses("noise open.obj -o new/noisy.obj --kind voxels", &["open.obj: ", "is open"]);
+    folder.refuses("noise in.obj -o new/noisy.obj --kind voxels --step 0.0001", &["in.obj: ", "too many", "step"]);
 }

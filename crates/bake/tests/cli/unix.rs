@@ -115,11 +115,15 @@ fn an_interrupted_bench_writes_no_file() {
     let mesh = Mesh::grid(300);
     let folder = Folder::with("pairs/a_clean.obj", mesh.obj());
     folder.write("pairs/a_noisy.obj", mesh.noisy(0.001).obj());
-    // Hours of denoising.
-    let line = "bench-quality pairs --methods laplacian --set iterations=100000 --csv out/deep/q.csv";
-    let Printed { code, out, err } = interrupted(&folder, line, Duration::ZERO);
-    assert_eq!((code, err.as_str()), (Some(1), "error: interrupted; nothing was written\n"));
-    // The table of what was measured before, which is nothing.
-    assert!(out.starts_with("  method ") && !out.contains("\n  laplacian "), "{out}");
-    assert_eq!(folder.names("."), ["pairs"]);
+    for (mode, head) in [("", "  method "), ("--noise white", "  mesh ")] {
+        // Hours of denoising.
+        let work = "--methods laplacian --set iterations=100000 --csv out/deep/q.csv";
+        let Printed { code, out, err } =
+            interrupted(&folder, &format!("bench-quality pairs {mode} {work}"), Duration::ZERO);
+        assert_eq!((code, err.as_str()), (Some(1), "error: interrupted; nothing was written\n"));
+        // The table of what was measured before, which is nothing.
+        let is_empty = !out.contains("\n  laplacian ") && !out.contains("\n  a_clean ");
+        assert!(out.starts_with(head) && is_empty, "{out}");
+        assert_eq!(folder.names("."), ["pairs"]);
+    }
 }

@@ -15,11 +15,15 @@
 //! | local | σ eᵢ gᵢ nᵢ, where eᵢ is the mean length of the edges of vertex i |
 //! | spikes | ± `length` ē nᵢ at few vertices, else 0 |
 //!
+//! Three kinds make a mesh with vertices of its own, and give its clean counterpart with it: a range image, which one depth camera
+//! sees, a fusion of depth images from all sides, and the surface of voxels.
+//!
 //! The files of this module have the formulas of each family. All kinds are deterministic: the same mesh, settings and seed
 //! give the same bits.
 
 mod camera;
 mod correlated;
+mod remeshed;
 mod rounded;
 mod settings;
 mod spikes;
@@ -28,6 +32,7 @@ mod tests;
 mod uneven;
 mod white;
 
+pub use remeshed::{Cells, RemeshError, Remeshed};
 pub use settings::{NoiseSetting, SyntheticKind, SyntheticNoise};
 pub use white::{Direction, Noise, displacements, noisy};
 
@@ -39,9 +44,26 @@ use rand_chacha::ChaCha8Rng;
 /// Displacement that leaves a position as it is, bit for bit: −0 is the neutral element of addition, because −0 + 0 is 0.
 const STILL: DVec3 = DVec3::splat(-0.0);
 
-/// Displacements dᵢ of a kind of noise, which are to be added to the positions; zero where the noise moves nothing. #V×3,
-/// model units
-pub fn synthetic_displacements(surface: &Surface, noise: &SyntheticNoise) -> Vec<DVec3> {
+/// What noise makes of a surface.
+#[derive(Clone, Debug)]
+pub enum Disturbed {
+    /// The noise moves the vertices: displacements dᵢ, which are to be added to the positions; zero where nothing moves. #V×3,
+    /// model units
+    Moved(Vec<DVec3>),
+    /// The noise comes with a mesh of its own.
+    Remeshed(Box<Remeshed>),
+}
+
+/// Disturbs a surface with noise of any kind. Kinds that keep the connectivity never fail.
+pub fn disturb(surface: &Surface, noise: &SyntheticNoise) -> Result<Disturbed, RemeshError> {
+    match remeshed::remeshed(surface, noise) {
+        Some(pair) => pair.map(|pair| Disturbed::Remeshed(Box::new(pair))),
+        None => Ok(Disturbed::Moved(moved(surface, noise))),
+    }
+}
+
+/// Displacements of a kind that keeps the connectivity; none for the others. #V×3, model units
+fn moved(surface: &Surface, noise: &SyntheticNoise) -> Vec<DVec3> {
     let white = |share| Noise { sigma: noise.sigma, direction: noise.direction, share, seed: noise.seed };
     match noise.kind {
         SyntheticKind::White => displacements(surface, &white(1.0)),
@@ -53,6 +75,9 @@ pub fn synthetic_displacements(surface: &Surface, noise: &SyntheticNoise) -> Vec
         SyntheticKind::Partial => uneven::partial(surface, noise),
         SyntheticKind::Local => uneven::local(surface, noise),
         SyntheticKind::Spikes => spikes::displacements(surface, noise),
+        SyntheticKind::RangeImage | SyntheticKind::Fusion | SyntheticKind::Voxels => {
+            vec![STILL; surface.positions().len()]
+        }
     }
 }
 

@@ -3,23 +3,21 @@
 mod meshes;
 mod report;
 
-use super::{Part, denoisers, timed};
+use super::{Part, Stdout, denoisers, timed, write_table};
 use crate::args::{BenchQualityArgs, NoiseRequest};
-use crate::commands::noise::displaced;
+use crate::commands::noise::{NoisyMesh, Refused};
 use crate::console::Console;
-use crate::csv::{self, Csv};
+use crate::csv::Csv;
 use crate::failure::Failure;
-use crate::output;
 use glam::DVec3;
 use meshes::CleanMesh;
 use planish_geometry::denoise::Denoiser;
-use planish_geometry::mesh::synthetic_noise::synthetic_displacements;
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::metrics::{self, Comparison, Triangles};
 use planish_geometry::progress::Progress as _;
 use planish_geometry::source::model::Model;
 use planish_geometry::source::obj::Obj;
-use report::{Broken, Pair, Report, Row};
+use report::{Pair, Report, Row, Unmeasured};
 use serde::Serialize;
 use std::path::Path;
 
@@ -53,17 +51,8 @@ pub(super) fn run(args: &BenchQualityArgs, console: &Console) -> Result<(), Fail
     });
     report.finish();
     // After an interruption, results so far are printed, but no table is written: it would look complete.
-    if complete.is_ok()
-        && let Some(csv) = csv
-    {
-        let table = csv::table(&report.rows)?;
-        match csv {
-            Csv::File(output) => output::write_all(vec![(output, table)])?,
-            Csv::Stdout => {
-                console.print_bytes(&table);
-                return report.verdict();
-            }
-        }
+    if complete.is_ok() && write_table(csv, &report.rows, console)? == Stdout::Taken {
+        return report.verdict();
     }
     console.report(&report, || report.text());
     complete.and(report.verdict())
@@ -108,20 +97,19 @@ fn read(
     report: &mut Report,
 ) -> Result<Option<Model>, Failure> {
     part.done(0.0);
+    let failed = |error: String| Unmeasured { mesh: mesh.name.clone(), kind: None, method: None, error };
     match crate::commands::model(&mesh.path, Welding::Exact, part.console) {
-        Ok(model) if max_faces.is_some_and(|most| model.surface().triangle_corners().len() > most) => {
-            report.skipped.push(mesh.name.clone());
-            Ok(None)
+        Ok(model) => {
+            let triangles = model.surface().triangle_corners().len();
+            if max_faces.is_some_and(|most| triangles > most) {
+                report.skipped.push(failed(format!("{triangles} triangles")));
+                return Ok(None);
+            }
+            Ok(Some(model))
         }
-        Ok(model) => Ok(Some(model)),
         Err(Failure::Interrupted) => Err(Failure::Interrupted),
         Err(failure) => {
-            report.broken.push(Broken {
-                mesh: mesh.name.clone(),
-                kind: None,
-                method: None,
-                error: failure.to_string(),
-            });
+            report.broken.push(failed(failure.to_string()));
             Ok(None)
         }
     }
@@ -136,21 +124,21 @@ struct Input {
 }
 
 impl Input {
-    fn new(mesh: &CleanMesh, clean: &Model, request: &NoiseRequest) -> Result<Self, String> {
-        // The file is read again: rounded vertices that meet are welded, as they would be for everybody.
-        let model = match request.noise(mesh.seed(&request.name())) {
+    fn new(mesh: &CleanMesh, clean: &Model, request: &NoiseRequest) -> Result<Self, Refused> {
+        let (model, remeshed) = match request.noise(mesh.seed(&request.name())) {
             Some(noise) => {
-                let bytes = displaced(clean, &synthetic_displacements(clean.surface(), &noise));
-                let obj = Obj::parse(bytes.map_err(|e| e.to_string())?).map_err(|e| e.to_string())?;
-                Model::new(obj, Welding::Exact)
+                let made = NoisyMesh::new(clean, &noise)?;
+                // The file is read again: rounded vertices that meet are welded, as they would be for everybody.
+                (Model::new(Obj::parse(made.bytes).map_err(Refused::broken)?, Welding::Exact), made.clean)
             }
-            None => clean.clone(),
+            None => (clean.clone(), None),
         };
         if model.surface().topology().faces().is_empty() {
-            return Err("no face is left".to_owned());
+            return Err(Refused::Inapplicable("no face is left".to_owned()));
         }
-        let (clean, noisy) = (Triangles::from(clean.data()), Triangles::from(model.data()));
-        let before = metrics::compare(&clean, &noisy).map_err(|e| e.to_string())?;
+        let clean = Triangles::from(remeshed.as_ref().map_or_else(|| clean.data(), |source| source.data()));
+        let noisy = Triangles::from(model.data());
+        let before = metrics::compare(&clean, &noisy).map_err(Refused::broken)?;
         Ok(Self { clean, model, noisy, before })
     }
 
@@ -173,15 +161,19 @@ fn bench(
     report: &mut Report,
 ) -> Result<(), Failure> {
     let kind = request.name();
-    let broken = |method: Option<&str>, error: String| {
+    let failed = |method: Option<&str>, error: String| {
         let method = method.map(str::to_owned);
-        Broken { mesh: mesh.name.clone(), kind: Some(kind.clone()), method, error }
+        Unmeasured { mesh: mesh.name.clone(), kind: Some(kind.clone()), method, error }
     };
     part.console.stage("noise");
     let input = match Input::new(mesh, clean, request) {
         Ok(input) => input,
-        Err(error) => {
-            report.broken.push(broken(None, error));
+        Err(Refused::Inapplicable(error)) => {
+            report.skipped.push(failed(None, error));
+            return Ok(());
+        }
+        Err(Refused::Broken(error)) => {
+            report.broken.push(failed(None, error));
             return Ok(());
         }
     };
@@ -194,7 +186,7 @@ fn bench(
         part.console.stage("comparing");
         match input.compare(denoised) {
             Ok(found) => rows.push(Row::new(mesh, &kind, &contender.name, (seconds, &input.before), found)),
-            Err(error) => report.broken.push(broken(Some(&contender.name), error)),
+            Err(error) => report.broken.push(failed(Some(&contender.name), error)),
         }
     }
     report.pairs.extend(Pair::new(mesh, request, &report.methods, &rows));

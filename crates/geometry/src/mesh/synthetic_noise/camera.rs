@@ -17,7 +17,7 @@ use rand_chacha::ChaCha8Rng;
 /// Position of the eye; `None` for a mesh without extent.
 pub(super) fn eye(surface: &Surface, noise: &SyntheticNoise) -> Option<DVec3> {
     let (centre, radius) = sphere_around(surface)?;
-    Some(centre + noise.unit_towards() * (noise.distance.max(1.0) * radius))
+    Some(centre + noise.unit_towards() * (noise.distance.max(SyntheticNoise::NEAREST) * radius))
 }
 
 /// Displacements along the rays. #V×3, model units

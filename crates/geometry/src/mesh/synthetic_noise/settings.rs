@@ -29,6 +29,12 @@ named! {
         Local = "local",
         /// Few vertices that stick out by several edges; the others stay.
         Spikes = "spikes",
+        /// The surface as one depth camera sees it, as a mesh of its own.
+        RangeImage = "range-image",
+        /// Depth images from all sides, fused in a grid and meshed anew.
+        Fusion = "fusion",
+        /// The surface of voxels, meshed anew; the mesh must be closed.
+        Voxels = "voxels",
     }
 }
 
@@ -43,12 +49,14 @@ named! {
         Share = "share",
         /// Length of a spike, in mean edge lengths.
         Length = "length",
-        /// Distance over which the correlation of the noise falls to 1/e, in edges.
+        /// Distance over which the correlation of the noise falls to 1/e, in edges or pixels.
         Correlation = "correlation",
         /// Direction from the mesh to the eye, or in which the noise grows.
         Towards = "towards",
         /// Distance of the eye from the centre of the mesh, in radii of the sphere around its bounding box.
         Distance = "distance",
+        /// Width of a pixel at the centre of the mesh, or of a voxel, in mean edge lengths.
+        Step = "step",
     }
 }
 
@@ -65,7 +73,15 @@ impl SyntheticKind {
             Self::Fade => &[S::Sigma, S::Direction, S::Towards],
             Self::Partial => &[S::Sigma, S::Direction, S::Share, S::Towards],
             Self::Spikes => &[S::Share, S::Length],
+            Self::RangeImage => &[S::Sigma, S::Correlation, S::Towards, S::Distance, S::Step],
+            Self::Fusion => &[S::Sigma, S::Correlation, S::Distance, S::Step],
+            Self::Voxels => &[S::Step],
         }
+    }
+
+    /// Returns true if the noise moves the vertices of the mesh, and false if it makes a mesh with vertices of its own.
+    pub fn keeps_connectivity(self) -> bool {
+        !matches!(self, Self::RangeImage | Self::Fusion | Self::Voxels)
     }
 }
 
@@ -82,19 +98,25 @@ pub struct SyntheticNoise {
     pub share: f64,
     /// Length of a spike, in mean edge lengths.
     pub length: f64,
-    /// Distance over which the correlation of the noise falls to 1/e, in edges. The time to make the noise grows with the
+    /// Distance over which the correlation of the noise falls to 1/e, in edges or pixels. The time to make the noise grows with the
     /// square of it.
     pub correlation: f64,
     /// Direction from the mesh to the eye of the camera, in which noise fades in, or to the noisy part; random if `None` or
     /// zero.
     pub towards: Option<DVec3>,
-    /// Distance of the eye from the centre of the bounding box, in half diagonals of the box; at least 1.
+    /// Distance of the eye from the centre of the bounding box, in half diagonals of the box; at least [`Self::NEAREST`].
     pub distance: f64,
+    /// Width of a pixel at the centre of the mesh, or of a voxel, in mean edge lengths; above 0.
+    pub step: f64,
     /// Seed of the random numbers: the same seed gives the same noise.
     pub seed: u64,
 }
 
 impl SyntheticNoise {
+    /// Smallest distance of the eye, in half diagonals of the bounding box: nearer than that, the far side of the mesh is many times as
+    /// deep as the near one. Smaller distances count as this one.
+    pub const NEAREST: f64 = 1.1;
+
     /// Returns noise of a kind with the settings that are usual for it.
     pub fn of_kind(kind: SyntheticKind, seed: u64) -> Self {
         let sigma = match kind {
@@ -110,9 +132,9 @@ impl SyntheticNoise {
             _ => 0.5,
         };
         // Depth images are filtered little: their noise reaches a pixel or two.
-        let correlation = if kind == SyntheticKind::Camera { 1.0 } else { 3.0 };
+        let correlation = if kind == SyntheticKind::Correlated { 3.0 } else { 1.0 };
         let direction = Direction::default();
-        Self { kind, sigma, direction, share, length: 4.0, correlation, towards: None, distance: 2.5, seed }
+        Self { kind, sigma, direction, share, length: 4.0, correlation, towards: None, distance: 2.5, step: 1.0, seed }
     }
 
     /// Unit vector that [`Self::towards`] stands for: the direction that was given, or the random one of the seed.
@@ -132,6 +154,7 @@ impl SyntheticNoise {
             NoiseSetting::Correlation => json!(self.correlation),
             NoiseSetting::Towards => json!(self.unit_towards().to_array()),
             NoiseSetting::Distance => json!(self.distance),
+            NoiseSetting::Step => json!(self.step),
         };
         self.kind.settings().iter().map(|setting| (setting.name().to_owned(), value(setting))).collect()
     }

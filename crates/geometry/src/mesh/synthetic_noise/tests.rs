@@ -8,7 +8,7 @@ use crate::mesh::shapes;
 
 /// Kinds that move vertices, with their usual settings.
 fn every() -> impl Iterator<Item = SyntheticNoise> {
-    SyntheticKind::ALL.into_iter().map(|kind| SyntheticNoise::of_kind(kind, 1))
+    SyntheticKind::ALL.into_iter().filter(|kind| kind.keeps_connectivity()).map(|kind| SyntheticNoise::of_kind(kind, 1))
 }
 
 fn of(kind: SyntheticKind) -> SyntheticNoise {
@@ -31,10 +31,10 @@ fn lag_one(surface: &Surface, values: &[f64]) -> f64 {
 fn seeds_differ_and_repeat_for_every_kind() {
     let sphere = shapes::dented_sphere(3);
     for noise in every() {
-        let first = synthetic_displacements(&sphere, &noise);
+        let first = moved(&sphere, &noise);
         let bits = |all: &[DVec3]| all.iter().map(|d| d.to_array().map(f64::to_bits)).collect::<Vec<_>>();
-        assert_eq!(bits(&first), bits(&synthetic_displacements(&sphere, &noise)), "{:?}", noise.kind);
-        let other = synthetic_displacements(&sphere, &SyntheticNoise { seed: 2, ..noise });
+        assert_eq!(bits(&first), bits(&moved(&sphere, &noise)), "{:?}", noise.kind);
+        let other = moved(&sphere, &SyntheticNoise { seed: 2, ..noise });
         assert_ne!(first, other, "{:?}", noise.kind);
     }
 }
@@ -43,7 +43,7 @@ fn seeds_differ_and_repeat_for_every_kind() {
 fn settings_that_a_kind_does_not_have_change_nothing_and_the_others_do() {
     let surface = shapes::bumpy_sheet(20);
     for noise in every() {
-        let first = synthetic_displacements(&surface, &noise);
+        let first = moved(&surface, &noise);
         for setting in NoiseSetting::ALL {
             let changed = match setting {
                 NoiseSetting::Sigma => SyntheticNoise { sigma: 0.27, ..noise },
@@ -53,8 +53,9 @@ fn settings_that_a_kind_does_not_have_change_nothing_and_the_others_do() {
                 NoiseSetting::Correlation => SyntheticNoise { correlation: 2.0, ..noise },
                 NoiseSetting::Towards => SyntheticNoise { towards: Some(DVec3::new(0.3, 1.0, 0.2)), ..noise },
                 NoiseSetting::Distance => SyntheticNoise { distance: 4.0, ..noise },
+                NoiseSetting::Step => SyntheticNoise { step: 2.0, ..noise },
             };
-            let is_other = synthetic_displacements(&surface, &changed) != first;
+            let is_other = moved(&surface, &changed) != first;
             assert_eq!(is_other, noise.kind.settings().contains(&setting), "{:?} {setting:?}", noise.kind);
         }
     }
@@ -66,13 +67,13 @@ fn the_deviation_is_the_one_that_was_asked_for() {
     let edge = sphere.mean_edge();
     for kind in [SyntheticKind::White, SyntheticKind::Correlated, SyntheticKind::Camera] {
         for sigma in [0.1, 0.4] {
-            let found = rms(&synthetic_displacements(&sphere, &SyntheticNoise { sigma, ..of(kind) })) / edge;
+            let found = rms(&moved(&sphere, &SyntheticNoise { sigma, ..of(kind) })) / edge;
             // 10242 samples, of which a patch of some tens moves together with correlated noise.
             assert!((found / sigma - 1.0).abs() < 0.05, "{kind:?}: {found} for {sigma}");
         }
     }
     // Rounding errs along three axes.
-    let found = rms(&synthetic_displacements(&sphere, &SyntheticNoise { sigma: 0.1, ..of(SyntheticKind::Rounded) }));
+    let found = rms(&moved(&sphere, &SyntheticNoise { sigma: 0.1, ..of(SyntheticKind::Rounded) }));
     assert!((found / (3f64.sqrt() * 0.1 * edge) - 1.0).abs() < 0.03, "{found}");
 }
 
@@ -81,7 +82,7 @@ fn correlated_noise_is_correlated_as_its_formula_says() {
     let sphere = shapes::sphere(5);
     let normals = normals::vertex_normals(&sphere, FaceWeight::Angle);
     let heights = |noise: &SyntheticNoise| -> Vec<f64> {
-        synthetic_displacements(&sphere, noise).iter().zip(&normals).map(|(d, n)| d.dot(*n)).collect()
+        moved(&sphere, noise).iter().zip(&normals).map(|(d, n)| d.dot(*n)).collect()
     };
     for correlation in [2.0, 3.0, 5.0] {
         let noise = SyntheticNoise { correlation, ..of(SyntheticKind::Correlated) };
@@ -120,9 +121,9 @@ fn rounded_coordinates_lie_on_a_grid_and_move_by_half_a_step_at_most() {
     for surface in [sphere, far] {
         let noise = of(SyntheticKind::Rounded);
         let step = 12f64.sqrt() * noise.sigma * surface.mean_edge();
-        let moved = synthetic_displacements(&surface, &noise);
-        let rounded: Vec<DVec3> = surface.positions().iter().zip(&moved).map(|(p, d)| *p + *d).collect();
-        for (p, d) in rounded.iter().zip(&moved) {
+        let lifted = moved(&surface, &noise);
+        let rounded: Vec<DVec3> = surface.positions().iter().zip(&lifted).map(|(p, d)| *p + *d).collect();
+        for (p, d) in rounded.iter().zip(&lifted) {
             assert!(d.abs().max_element() <= step / 2.0 * (1.0 + 1e-9));
             let cells = (*p - rounded[0]) / step;
             // Coordinates near 1e5 are good to 1e-11, and a step is about 0.05.
@@ -138,12 +139,12 @@ fn the_camera_moves_vertices_along_its_rays_and_more_where_it_is_far() {
     let eye = camera::eye(&sphere, &noise).unwrap();
     // The box around a sphere of radius 1 has a half diagonal of √3.
     assert!(eye.distance(DVec3::Z * 2.5 * 3f64.sqrt()) < 1e-12, "{eye}");
-    let moved = synthetic_displacements(&sphere, &noise);
-    for (p, d) in sphere.positions().iter().zip(&moved) {
+    let lifted = moved(&sphere, &noise);
+    for (p, d) in sphere.positions().iter().zip(&lifted) {
         assert!(d.cross((eye - *p).normalize()).length() < 1e-12 * d.length().max(1e-12));
     }
     let part = |keep: &dyn Fn(f64) -> bool| {
-        let chosen = sphere.positions().iter().zip(&moved).filter(|(p, _)| keep(p.z));
+        let chosen = sphere.positions().iter().zip(&lifted).filter(|(p, _)| keep(p.z));
         rms(&chosen.map(|(_, d)| *d).collect::<Vec<_>>())
     };
     // Caps at depths of about 4.33 ∓ 0.9: the deviation grows with the square of the depth.
@@ -155,12 +156,12 @@ fn the_camera_moves_vertices_along_its_rays_and_more_where_it_is_far() {
 fn fading_noise_is_nothing_at_one_end_and_twice_sigma_at_the_other() {
     let grid = shapes::grid(100);
     let noise = SyntheticNoise { towards: Some(DVec3::X), ..of(SyntheticKind::Fade) };
-    let moved = synthetic_displacements(&grid, &noise);
+    let lifted = moved(&grid, &noise);
     let at_end = |x: f64| {
-        let chosen = grid.positions().iter().zip(&moved).filter(|(p, _)| (p.x - x).abs() < 0.05);
+        let chosen = grid.positions().iter().zip(&lifted).filter(|(p, _)| (p.x - x).abs() < 0.05);
         rms(&chosen.map(|(_, d)| *d).collect::<Vec<_>>()) / grid.mean_edge()
     };
-    for (p, d) in grid.positions().iter().zip(&moved) {
+    for (p, d) in grid.positions().iter().zip(&lifted) {
         assert!(p.x != 0.0 || *d == DVec3::ZERO);
     }
     // 500 samples or more, so the deviation is known to 3 %; the last strip has 0.95 < t ≤ 1.
@@ -175,24 +176,23 @@ fn partial_noise_owns_its_share_and_leaves_the_rest_bit_for_bit() {
     let signed = sphere.at(sphere.positions().iter().map(|p| DVec3::new(p.x, p.y, -0.0)).collect());
     for share in [0.2, 0.5, 0.9] {
         let noise = SyntheticNoise { share, ..of(SyntheticKind::Partial) };
-        let moved = synthetic_displacements(&sphere, &noise);
+        let lifted = moved(&sphere, &noise);
         let areas = laplacian::mass(&sphere);
-        let noisy: f64 = areas.iter().zip(&moved).filter(|(_, d)| **d != DVec3::ZERO).map(|(a, _)| a).sum();
+        let noisy: f64 = areas.iter().zip(&lifted).filter(|(_, d)| **d != DVec3::ZERO).map(|(a, _)| a).sum();
         assert!((noisy / sphere.area() - share).abs() < 1e-3, "{noisy}");
-        for (p, d) in signed.positions().iter().zip(&moved).filter(|(_, d)| **d == DVec3::ZERO) {
+        for (p, d) in signed.positions().iter().zip(&lifted).filter(|(_, d)| **d == DVec3::ZERO) {
             assert_eq!((*p + *d).to_array().map(f64::to_bits), p.to_array().map(f64::to_bits));
         }
-        let white =
-            synthetic_displacements(&sphere, &SyntheticNoise { sigma: noise.sigma, ..of(SyntheticKind::White) });
-        assert!(moved.iter().zip(&white).all(|(d, w)| d == w || *d == DVec3::ZERO), "the noisy part is white");
+        let white = moved(&sphere, &SyntheticNoise { sigma: noise.sigma, ..of(SyntheticKind::White) });
+        assert!(lifted.iter().zip(&white).all(|(d, w)| d == w || *d == DVec3::ZERO), "the noisy part is white");
     }
 }
 
 #[test]
 fn the_noisy_part_is_in_one_piece() {
     let sphere = shapes::sphere(5);
-    let moved = synthetic_displacements(&sphere, &of(SyntheticKind::Partial));
-    let crossing = |&&[a, b]: &&[Index; 2]| (moved[a as usize] == DVec3::ZERO) != (moved[b as usize] == DVec3::ZERO);
+    let lifted = moved(&sphere, &of(SyntheticKind::Partial));
+    let crossing = |&&[a, b]: &&[Index; 2]| (lifted[a as usize] == DVec3::ZERO) != (lifted[b as usize] == DVec3::ZERO);
     // A great circle of 2π crosses about two edges for each edge length; scattered vertices would cross half of all 30720.
     let count = sphere.topology().edges().iter().filter(crossing).count() as f64;
     assert!(count < 2.0 * 2.5 * std::f64::consts::TAU / sphere.mean_edge(), "{count}");
@@ -203,8 +203,8 @@ fn local_noise_scales_with_the_edges_around_a_vertex() {
     // A sheet whose rows and columns get wider.
     let grid = shapes::grid(60);
     let surface = grid.at(grid.positions().iter().map(|p| DVec3::new(p.x * p.x, p.y * p.y, 0.0)).collect());
-    let local = synthetic_displacements(&surface, &of(SyntheticKind::Local));
-    let white = synthetic_displacements(&surface, &of(SyntheticKind::White));
+    let local = moved(&surface, &of(SyntheticKind::Local));
+    let white = moved(&surface, &of(SyntheticKind::White));
     for (v, (l, w)) in (0..).zip(local.iter().zip(&white)) {
         let expected = *w * (uneven::mean_edge_at(&surface, v) / surface.mean_edge());
         assert!(l.distance(expected) <= 1e-12 * w.length());
@@ -222,13 +222,13 @@ fn spikes_hit_their_count_by_their_length() {
     let sphere = shapes::sphere(5);
     let normals = normals::vertex_normals(&sphere, FaceWeight::Angle);
     for (share, count) in [(0.002, 20), (0.1, 1024), (1e-9, 1), (1.0, 10242), (0.0, 0)] {
-        let moved = synthetic_displacements(&sphere, &SyntheticNoise { share, ..of(SyntheticKind::Spikes) });
-        assert_eq!(moved.iter().filter(|d| **d != DVec3::ZERO).count(), count);
-        for (d, n) in moved.iter().zip(&normals).filter(|(d, _)| **d != DVec3::ZERO) {
+        let lifted = moved(&sphere, &SyntheticNoise { share, ..of(SyntheticKind::Spikes) });
+        assert_eq!(lifted.iter().filter(|d| **d != DVec3::ZERO).count(), count);
+        for (d, n) in lifted.iter().zip(&normals).filter(|(d, _)| **d != DVec3::ZERO) {
             assert!((d.dot(*n).abs() / (4.0 * sphere.mean_edge()) - 1.0).abs() < 1e-12 && d.cross(*n).length() < 1e-12);
         }
         if count > 1000 {
-            let outwards = moved.iter().zip(&normals).filter(|(d, n)| d.dot(**n) > 0.0).count();
+            let outwards = lifted.iter().zip(&normals).filter(|(d, n)| d.dot(**n) > 0.0).count();
             // Binomial: five deviations.
             assert!((outwards as f64 - count as f64 / 2.0).abs() < 2.5 * (count as f64).sqrt());
         }
@@ -246,8 +246,8 @@ fn odd_meshes_get_finite_noise() {
     let needle = soup(vec![DVec3::ZERO, DVec3::X, DVec3::X * 2.0]);
     for surface in [&isolated, &point, &needle] {
         for noise in every() {
-            let moved = synthetic_displacements(surface, &noise);
-            assert!(moved.iter().all(|d| d.is_finite()), "{:?}: {moved:?}", noise.kind);
+            let lifted = moved(surface, &noise);
+            assert!(lifted.iter().all(|d| d.is_finite()), "{:?}: {lifted:?}", noise.kind);
         }
     }
 }

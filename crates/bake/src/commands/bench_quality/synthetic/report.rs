@@ -29,9 +29,10 @@ pub(super) struct Report {
     all: Option<Summary>,
     /// Pairs with the largest ratios, the worst first.
     worst: Vec<Pair>,
-    /// Names of meshes with too many triangles.
-    pub(super) skipped: Vec<String>,
-    pub(super) broken: Vec<Broken>,
+    /// Meshes with too many triangles, and kinds of noise that a mesh cannot have.
+    pub(super) skipped: Vec<Unmeasured>,
+    /// Meshes and results with errors.
+    pub(super) broken: Vec<Unmeasured>,
 }
 
 /// The first method on a mesh with noise of one kind.
@@ -83,20 +84,20 @@ struct Summary {
     mean_ratio: Option<f64>,
     worst_ratio: Option<f64>,
     /// Fraction of the pairs whose ratio is above 1.05.
-    above_5_pct: f64,
+    share_above_1_05: Option<f64>,
     /// Fraction of the pairs whose ratio is above 1.10.
-    above_10_pct: f64,
+    share_above_1_10: Option<f64>,
     /// Fraction of the pairs that the first method left alone.
-    left_alone: f64,
+    share_left_alone: Option<f64>,
     worse_than_input: usize,
     clean_meshes: usize,
     /// Largest angle by which the first method rotates the faces of a clean mesh in the mean, degrees.
     worst_on_clean_deg: Option<f64>,
 }
 
-/// A mesh, a kind of noise on it, or a method on that, that could not be measured.
+/// A mesh, a kind of noise on it, or a method on that, that was not measured.
 #[derive(Serialize)]
-pub(super) struct Broken {
+pub(super) struct Unmeasured {
     pub(super) mesh: String,
     pub(super) kind: Option<String>,
     pub(super) method: Option<String>,
@@ -167,7 +168,7 @@ impl Summary {
     fn of<'a>(name: &str, pairs: impl Iterator<Item = &'a Pair>) -> Self {
         let (clean, noisy): (Vec<&Pair>, Vec<&Pair>) = pairs.partition(|pair| pair.clean);
         let ratios: Vec<f64> = noisy.iter().filter_map(|pair| pair.ratio).collect();
-        let fraction = |count: usize, of: usize| count as f64 / of.max(1) as f64;
+        let fraction = |count: usize, of: usize| (of > 0).then(|| count as f64 / of as f64);
         let above = |limit: f64| fraction(ratios.iter().filter(|ratio| **ratio > limit).count(), ratios.len());
         let mean = || (ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / ratios.len() as f64).exp();
         Self {
@@ -175,9 +176,9 @@ impl Summary {
             pairs: noisy.len(),
             mean_ratio: (!ratios.is_empty()).then(mean),
             worst_ratio: ratios.iter().copied().max_by(f64::total_cmp),
-            above_5_pct: above(1.05),
-            above_10_pct: above(1.10),
-            left_alone: fraction(noisy.iter().filter(|pair| pair.left_alone).count(), noisy.len()),
+            share_above_1_05: above(1.05),
+            share_above_1_10: above(1.10),
+            share_left_alone: fraction(noisy.iter().filter(|pair| pair.left_alone).count(), noisy.len()),
             worse_than_input: noisy.iter().filter(|pair| pair.worse_than_input && !pair.left_alone).count(),
             clean_meshes: clean.len(),
             worst_on_clean_deg: clean.iter().map(|pair| pair.first).max_by(f64::total_cmp),
@@ -186,9 +187,11 @@ impl Summary {
 
     fn line(&self) -> String {
         let number = |x: Option<f64>, digits: usize| x.map_or_else(|| "-".to_owned(), |x| format!("{x:.digits$}"));
-        let [above_5, above_10, alone] = [self.above_5_pct, self.above_10_pct, self.left_alone].map(|x| 100.0 * x);
+        let shares = [self.share_above_1_05, self.share_above_1_10, self.share_left_alone];
+        let [above_5, above_10, alone] =
+            shares.map(|share| share.map_or_else(|| "-".to_owned(), |share| format!("{:.1} %", 100.0 * share)));
         format!(
-            "  {:20} {:>5} {:>8} {:>8} {above_5:>7.1} % {above_10:>7.1} % {alone:>8.1} % {:>7} {:>6} {:>9}\n",
+            "  {:20} {:>5} {:>8} {:>8} {above_5:>8} {above_10:>8} {alone:>8} {:>7} {:>6} {:>9}\n",
             self.name,
             self.pairs,
             number(self.mean_ratio, 3),
@@ -264,7 +267,7 @@ impl Report {
         let mut table = |title: &str, summaries: &[Summary]| {
             let _ = writeln!(
                 out,
-                "\n  {title:20} {:>5} {:>8} {:>8} {:>9} {:>9} {:>10} {:>7} {:>6} {:>9}",
+                "\n  {title:20} {:>5} {:>8} {:>8} {:>8} {:>8} {:>8} {:>7} {:>6} {:>9}",
                 "pairs", "mean", "worst", "> 1.05", "> 1.10", "alone", "worse", "clean", "worst °"
             );
             summaries.iter().for_each(|summary| out.push_str(&summary.line()));
@@ -278,8 +281,8 @@ impl Report {
             let _ = writeln!(out, "\nthe worst {}:", self.worst.len());
             self.worst.iter().for_each(|pair| out.push_str(&pair.line()));
         }
-        if !self.skipped.is_empty() {
-            let _ = writeln!(out, "left out, too many triangles: {}", self.skipped.join(", "));
+        for skipped in &self.skipped {
+            let _ = writeln!(out, "left out: {}", skipped.line());
         }
         for broken in &self.broken {
             let _ = writeln!(out, "not measured: {}", broken.line());
@@ -293,7 +296,7 @@ impl Report {
     }
 }
 
-impl Broken {
+impl Unmeasured {
     fn line(&self) -> String {
         let parts = [Some(&self.mesh), self.kind.as_ref(), self.method.as_ref()];
         let names: Vec<&str> = parts.into_iter().flatten().map(String::as_str).collect();
