@@ -1,8 +1,9 @@
-//! The documents speak of what is there: their links lead somewhere, the book has every page, and the page on the manifest
-//! has every field.
+//! The documents speak of what is there: their links lead somewhere, the book has every page, the page on the manifest has every
+//! field, and the page on noise every kind.
 
 use crate::support::root;
 use planish_geometry::bake::{self, BakeSettings, BundleNames, SideFiles};
+use planish_geometry::mesh::synthetic_noise::{NoiseSetting, SyntheticKind};
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Silent;
 use planish_geometry::source::model::Model;
@@ -105,4 +106,18 @@ fn every_field_of_a_manifest_is_documented() {
         }
     }
     assert!(count > 50);
+}
+
+#[test]
+fn the_page_on_noise_has_every_kind_with_its_settings_and_no_other() {
+    let page = fs::read_to_string(root().join("docs/noise.md")).unwrap();
+    for kind in SyntheticKind::ALL {
+        let row = page.lines().find(|line| line.starts_with(&format!("| `{}`", kind.name())));
+        let settings =
+            row.and_then(|row| row.rsplit('|').nth(1)).unwrap_or_else(|| panic!("no row of {}", kind.name()));
+        for setting in NoiseSetting::ALL {
+            let is_named = settings.contains(&format!("`--{}`", setting.name()));
+            assert_eq!(is_named, kind.settings().contains(&setting), "{}: {}", kind.name(), setting.name());
+        }
+    }
 }
