@@ -8,6 +8,7 @@ pub mod csr;
 pub mod jagged;
 pub mod laplacian;
 pub mod normals;
+pub mod orientation;
 pub mod polygon;
 pub mod shapes;
 pub mod surface;
