@@ -17,6 +17,7 @@ mod laplacian;
 pub mod limits;
 mod map;
 mod method;
+mod noise_field;
 mod noise_level;
 mod normal_field;
 mod parameters;
@@ -39,6 +40,7 @@ pub use l0::L0;
 pub use laplacian::{Boundary, EdgeWeights, Laplacian};
 pub use map::{Map, Prior, PriorName};
 pub use method::{MethodInfo, Reference};
+pub use noise_field::{RegionSample, samples as noise_samples};
 pub use noise_level::{Kind, NoiseLevel};
 pub use normal_field::{HeightDirections, NormalField, NormalFieldName};
 pub use parameters::{NotAllowed, Parameter, ParameterError, Preset, Values};
@@ -47,6 +49,7 @@ pub use taubin::Taubin;
 pub use tgv_normals::TgvNormals;
 pub use vertex_update::{FoldOvers, Motion, VertexScheme, VertexUpdate};
 
+use crate::mesh::orientation;
 use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};
 use glam::DVec3;
@@ -138,6 +141,12 @@ impl Denoiser {
             return Ok((HeightField::best(surface, &free, progress)?.0.deltas(), choice));
         }
         progress.stage("denoising");
+        if let Some(turned) = orientation::turned_faces(surface.topology()) {
+            // Which way a face was wound says nothing of where its vertices are.
+            let oriented =
+                Surface::new(orientation::with_turned(surface.topology(), &turned), surface.positions().to_vec());
+            return rayon::scope(|_| self.choose(&oriented, progress));
+        }
         // From a thread outside the pool each parallel loop would be handed over and waited for asleep.
         rayon::scope(|_| self.choose(surface, progress))
     }

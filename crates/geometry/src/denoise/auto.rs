@@ -6,12 +6,13 @@
 //! shares of the mixture. Candidates that the first probe finds far behind get no further probes. Large meshes are
 //! evaluated on patches, and only candidates with a share are run on the whole.
 //!
-//! A mesh whose noise cannot be told from its surface is left alone. Where the noise of neighbours is correlated, the risk
-//! estimate does not hold, and one robust prior with a large σ is used.
+//! Noise is a field (see `noise_field.rs`): each vertex has a deviation of its own, in the length of the edges around it. Data
+//! terms, probes and the bound of how far a vertex may go follow it. Probes of noise that neighbours share are alike between
+//! neighbours, too. A mesh or component whose noise cannot be told from its surface is left alone.
 //!
 //! Noise along the normals, as that of scanners, leaves the tangential positions of vertices alone. The finest band says how
 //! much tangential noise there can be at most, and the data terms of the candidates are stiffer in tangential directions
-//! accordingly.
+//! accordingly. Spikes of single vertices are no data; noise of coordinates that were rounded stays within half a step.
 
 mod candidates;
 mod evaluate;
@@ -25,10 +26,12 @@ use super::connectivity::Connectivity;
 use super::laplacian::BOUNDARY;
 use super::map::{NOISE, NOISE_ACROSS, Problem};
 use super::method::{DenoiseMethod, MethodInfo};
+use super::noise_field::{NoiseField, Verdict};
 use super::noise_level::{self, Kind, NoiseEstimate, NoiseLevel};
-use super::parameters::Parameter;
+use super::parameters::{HUGE, Parameter};
 use super::vertex_update::MOTION;
 use super::{Boundary, Motion};
+use crate::mesh::jagged::Index;
 use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};
 use evaluate::{Evaluation, Mixture};
@@ -49,6 +52,9 @@ pub struct Auto {
     pub kind: Option<Kind>,
     /// Candidates that are tried; all that suit the kind of noise if it is `None`.
     pub candidates: Option<Vec<Candidate>>,
+    /// Factor for the noise, measured or given: 0 leaves the mesh alone, 2 denoises as if there were twice as much.
+    #[serde(default = "unchanged")]
+    pub strength: f64,
     /// Where vertices may go.
     pub motion: Motion,
     /// Treatment of the boundary of an open mesh.
@@ -63,10 +69,16 @@ impl Default for Auto {
             noise_across: None,
             kind: None,
             candidates: None,
+            strength: unchanged(),
             motion: Motion::Free,
             boundary: Boundary::Free,
         }
     }
+}
+
+/// Strength of settings that do not mention it.
+fn unchanged() -> f64 {
+    1.0
 }
 
 /// Parameters of the method.
@@ -75,6 +87,8 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     NOISE_ACROSS,
     Parameter::word::<Kind>("noise-kind", "/kind", "what the noise is like").label("noise kind").optional(),
     Parameter::words::<Candidate>("candidates", "/candidates", "what is tried; the best are blended").optional(),
+    Parameter::number("strength", "/strength", [0.0, HUGE], "factor for the noise; 0 leaves the mesh alone")
+        .slider(3.0),
     MOTION,
     BOUNDARY,
 ];
@@ -112,11 +126,23 @@ pub struct DenoiseChoice {
     pub measured: NoiseLevel,
     /// Kind of noise that was assumed.
     pub kind: Kind,
-    /// Standard deviation σ of the noise that was assumed, mean edges; 0 where there is none.
+    /// Standard deviation σ of the noise that was assumed, the median over the noisy vertices, local edges; 0 where there is none.
     pub sigma: f64,
-    /// Upper bound of the standard deviation in tangential directions that was assumed, mean edges.
+    /// Upper bound of the standard deviation in tangential directions that was assumed, local edges.
     #[serde(default, rename = "across")]
     pub tangential_sigma: f64,
+    /// Fraction of the vertices that are noisy, 0..=1.
+    #[serde(default)]
+    pub noisy: f64,
+    /// Fraction of the vertices in places where nothing can be measured, 0..=1: too few vertices have faces all around them.
+    #[serde(default)]
+    pub unmeasured: f64,
+    /// Number of vertices that are spikes or craters beside their neighbours; they went to the surface of these.
+    #[serde(default)]
+    pub outliers: usize,
+    /// Number of vertices that went as far as their noise can have pushed them.
+    #[serde(default)]
+    pub bounded: usize,
     /// Candidates with their shares, which add up to 1; the largest share comes first.
     pub candidates: Vec<CandidateShare>,
 }
@@ -143,14 +169,21 @@ impl CandidateShare {
 impl fmt::Display for DenoiseChoice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.kind {
+            Kind::None if self.unmeasured > 0.5 => {
+                write!(f, "noise that cannot be measured, since too few vertices have faces all around them")?;
+            }
             Kind::None => write!(f, "no noise that could be told from the surface")?,
-            Kind::Independent => write!(f, "noise of {:.3} mean edges", self.sigma)?,
-            Kind::Uneven => write!(f, "noise of about {:.3} mean edges, uneven", self.sigma)?,
-            Kind::Correlated => write!(
-                f,
-                "noise alike between neighbours, {:.3} mean edges at the finest and {:.3} over some edges",
-                self.measured.fine, self.measured.coarse
-            )?,
+            Kind::Independent => write!(f, "noise of {:.3} local edges", self.sigma)?,
+            Kind::Uneven => write!(f, "noise of about {:.3} local edges, uneven", self.sigma)?,
+            Kind::Correlated => write!(f, "noise alike between neighbours, of {:.3} local edges", self.sigma)?,
+        }
+        if self.noisy > 0.0 && self.noisy < 0.95 {
+            write!(f, " on {:.0} % of the surface", 100.0 * self.noisy)?;
+        }
+        match self.outliers {
+            0 => {}
+            1 => write!(f, ", one spike")?,
+            n => write!(f, ", {n} spikes")?,
         }
         if matches!(self.kind, Kind::Independent | Kind::Uneven) && self.tangential_sigma < self.sigma {
             write!(f, ", at most {:.3} across the normals", self.tangential_sigma)?;
@@ -185,40 +218,116 @@ pub fn choose(
 ) -> Result<(Vec<DVec3>, DenoiseChoice), Cancelled> {
     progress.check()?;
     let connectivity = Connectivity::of(surface);
-    let noise = NoiseEstimate::of(surface, &connectivity, progress)?;
-    let (kind, sigma) = assumed_noise(settings, &noise.level);
-    let candidates = settings.candidates.as_deref().unwrap_or(match kind {
-        Kind::None => &[Candidate::Stay],
-        Kind::Correlated => &[Candidate::Flat],
-        Kind::Independent | Kind::Uneven => &Candidate::ALL,
-    });
-    // Without noise there is nothing to remove, and nothing to estimate a risk by.
-    let noisy = sigma > noise_level::ROUNDING_NOISE && noise.mean_edge > 0.0 && !candidates.is_empty();
-    let candidates = if noisy { candidates } else { &[Candidate::Stay] };
-    let constraint = BoundaryConstraint::of(surface, settings.boundary);
-    let tangential_stiffness = match settings.noise_across {
-        Some(tangential) => noise_level::tangential_stiffness(sigma, tangential),
-        None => noise.level.tangential_stiffness(kind),
+    let level = NoiseEstimate::of(surface, &connectivity, progress)?;
+    let (kind, measured) = assumed_noise(surface, &connectivity, settings, &level, progress)?;
+    let noise = measured.scaled(settings.strength);
+    let suited = match noise.correlation {
+        // How alike the noise is between neighbours is not known, so that no risk can be estimated.
+        0 if kind == Kind::Correlated => vec![Candidate::Flat],
+        _ => Candidate::suited_to(kind),
     };
-    let problem = Problem { tangential_stiffness, ..Problem::new(&connectivity, &constraint, sigma, noise.mean_edge) };
+    let candidates = settings.candidates.as_deref().unwrap_or(&suited);
+    // Without noise there is nothing to remove, and nothing to estimate a risk by.
+    let is_noisy = kind != Kind::None && noise.typical() > noise_level::ROUNDING_NOISE && noise.mean_edge() > 0.0;
+    let candidates = if is_noisy && !candidates.is_empty() { candidates } else { &[Candidate::Stay] };
+    let constraint = BoundaryConstraint::of(surface, settings.boundary);
+    let constraint = constraint.and_fixed(noise.relative.iter().map(|sigma| *sigma == 0.0));
+    let problem = Problem::new(&connectivity, &constraint, &noise);
+    // An outlier is no datum: it starts from where its neighbours suggest.
     let input = surface.positions();
-    let whole = Evaluation { problem, input, smoothing: noise.smoothing, evaluated: &[] };
+    let mut data = input.to_vec();
+    noise.outliers.iter().for_each(|&(v, p)| data[v as usize] = p);
+    let whole = Evaluation { problem, input: &data, evaluated: &[] };
     let (mut shares, offsets) = mixture(surface, whole, candidates, progress)?;
     let mixed = |v: usize| shares.iter().zip(&offsets).map(|(share, of)| share.share * of[v]).sum::<DVec3>();
-    let deltas = connectivity.undo_flips(input, (0..input.len()).map(mixed).collect(), sigma);
+    let mut mixed: Vec<DVec3> = (0..input.len()).map(mixed).collect();
+    connectivity.unfold(&data, &mut mixed, &noise);
+    let bounded = noise.bound(&mut mixed);
+    let mut deltas = connectivity.undo_flips(&data, mixed, &noise);
+    for &(v, p) in &noise.outliers {
+        deltas[v as usize] += input[v as usize] - p;
+    }
     shares.sort_by(|a, b| b.share.total_cmp(&a.share));
-    let tangential_sigma = settings.noise_across.unwrap_or(noise.level.tangential);
-    Ok((deltas, DenoiseChoice { measured: noise.level, kind, sigma, tangential_sigma, candidates: shares }))
+    let choice = DenoiseChoice {
+        measured: level.level,
+        kind,
+        sigma: if is_noisy { noise.typical() } else { 0.0 },
+        tangential_sigma: settings.noise_across.unwrap_or(noise.typical_across()),
+        noisy: if is_noisy { noise.noisy_fraction() } else { 0.0 },
+        unmeasured: noise.unmeasured,
+        outliers: noise.outliers.len(),
+        bounded,
+        candidates: shares,
+    };
+    Ok((deltas, choice))
 }
 
-/// Kind and deviation σ (mean edges) of the noise: those of the settings, or else as measured.
-fn assumed_noise(settings: &Auto, measured: &NoiseLevel) -> (Kind, f64) {
-    let kind = settings.kind.unwrap_or_else(|| match settings.noise {
-        Some(sigma) if measured.kind() == Kind::None && sigma > 0.0 => Kind::Independent,
-        _ => measured.kind(),
+/// True for a triangulated depth image, where nearly all vertices have six neighbours. There the two bands of the whole mesh tell
+/// shared noise from a surface; on other meshes the second one is mostly surface.
+fn is_range_image(surface: &Surface) -> bool {
+    /// Largest standard deviation of the valence.
+    const LARGEST: f64 = 0.72;
+    let topology = surface.topology();
+    let inner = (0..topology.vertex_count() as Index).filter(|&v| !topology.is_boundary(v) && !topology.is_isolated(v));
+    let (count, sum, squares) = inner
+        .map(|v| topology.rings().get(v).len() as f64)
+        .fold((0.0, 0.0, 0.0), |(n, s, q), x| (n + 1.0, s + x, q + x * x));
+    count > 0.0 && squares / count - (sum / count).powi(2) < LARGEST * LARGEST
+}
+
+/// Kind of the noise and its field: those of the settings, or else as measured.
+fn assumed_noise(
+    surface: &Surface,
+    connectivity: &Connectivity,
+    settings: &Auto,
+    level: &NoiseEstimate,
+    progress: &dyn Progress,
+) -> Result<(Kind, NoiseField), Cancelled> {
+    let white = level.level.kind();
+    let count = surface.positions().len();
+    if settings.noise.is_some() || settings.kind == Some(Kind::None) {
+        let sigma = settings.noise.filter(|_| settings.kind != Some(Kind::None)).unwrap_or(0.0);
+        let kind = settings.kind.unwrap_or(if white == Kind::None && sigma > 0.0 { Kind::Independent } else { white });
+        let stiffness = match settings.noise_across {
+            Some(tangential) => noise_level::tangential_stiffness(sigma, tangential),
+            None => level.level.tangential_stiffness(kind),
+        };
+        return Ok((kind, NoiseField::uniform(count, sigma, level.mean_edge, stiffness)));
+    }
+    // White noise is told from a surface most surely by the finest band of the whole mesh, all other noise by the network.
+    let is_white = matches!(white, Kind::Independent | Kind::Uneven);
+    // A few hundred vertices are too few regions to see what the component is like.
+    const FEW: usize = 400;
+    if white == Kind::Correlated && settings.kind.is_none() && (count < FEW || is_range_image(surface)) {
+        let sigma = level.level.sigma_as(white);
+        return Ok((white, NoiseField::uniform(count, sigma, level.mean_edge, 0.0)));
+    }
+    let verdict = if is_white && settings.kind.is_none_or(|kind| kind == white) {
+        Verdict::White
+    } else if settings.kind.is_some() {
+        Verdict::Noisy
+    } else if level.level.is_one_sided() {
+        Verdict::Clean
+    } else {
+        Verdict::ByEvidence
+    };
+    let mut noise = NoiseField::measured(surface, connectivity, verdict, progress)?;
+    if noise.unmeasured == 1.0 && verdict == Verdict::White {
+        // A mesh of a few dozen vertices has no regions, but a finest band.
+        let stiffness = level.level.tangential_stiffness(white);
+        noise = NoiseField::uniform(count, level.level.sigma_as(white), level.mean_edge, stiffness);
+    }
+    if let Some(tangential) = settings.noise_across {
+        let stiffness = noise_level::tangential_stiffness(noise.typical(), tangential);
+        noise.stiffness.fill(stiffness);
+    }
+    let kind = settings.kind.unwrap_or(match white {
+        _ if noise.noisy_fraction() == 0.0 => Kind::None,
+        _ if noise.correlation > 0 => Kind::Correlated,
+        Kind::Uneven => Kind::Uneven,
+        _ => Kind::Independent,
     });
-    let sigma = if kind == Kind::None { 0.0 } else { settings.noise.unwrap_or_else(|| measured.sigma_as(kind)) };
-    (kind, sigma)
+    Ok((kind, noise))
 }
 
 /// Evaluates the candidates, on patches if the mesh is large, and runs them on the whole mesh.
@@ -231,19 +340,21 @@ fn mixture(
     if let [candidate] = candidates {
         return whole.run(vec![CandidateShare::all_of(*candidate)], progress);
     }
-    let Problem { connectivity, constraint, sigma, .. } = whole.problem;
-    let is_heavy = sigma >= HEAVY_NOISE;
-    let tangential_stiffness = if is_heavy { 0.0 } else { whole.problem.tangential_stiffness };
-    let problem = Problem { tangential_stiffness, ..whole.problem };
+    let Problem { connectivity, constraint, noise, .. } = whole.problem;
+    let is_heavy = noise.typical() >= HEAVY_NOISE && noise.stiffness.iter().any(|stiffness| *stiffness > 0.0);
+    let free = is_heavy.then(|| NoiseField { stiffness: vec![0.0; noise.stiffness.len()], ..noise.clone() });
+    let noise = free.as_ref().unwrap_or(noise);
+    let problem = Problem { noise, ..whole.problem };
     if let Some(part) = subsample(surface, connectivity, PatchSizes::default()) {
         let constraint = constraint.of_part(&part.vertices);
-        let problem = Problem { connectivity: &part.connectivity, constraint: &constraint, ..problem };
+        let noise = noise.of_part(&part.vertices);
+        let problem = Problem { connectivity: &part.connectivity, constraint: &constraint, noise: &noise, ..problem };
         let (input, evaluated) = (part.surface.positions(), &part.evaluated[..]);
-        let patches = Evaluation { problem, input, evaluated, ..whole };
+        let patches = Evaluation { problem, input, evaluated };
         return whole.run(without_small_shares(patches.best_mixture(candidates, progress)?.0), progress);
     }
     let found = Evaluation { problem, ..whole }.best_mixture(candidates, progress)?;
-    if tangential_stiffness < whole.problem.tangential_stiffness {
+    if is_heavy {
         return whole.run(without_small_shares(found.0), progress);
     }
     Ok(found)
@@ -258,162 +369,4 @@ fn without_small_shares(mut shares: Vec<CandidateShare>) -> Vec<CandidateShare> 
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::denoise::face_geometry::FaceGeometry;
-    use crate::denoise::triangle_mesh::TriangleMesh;
-    use crate::mesh::shapes;
-    use crate::mesh::synthetic_noise::{self, Noise};
-    use crate::progress::Silent;
-
-    fn noisy(clean: &Surface, sigma: f64) -> Surface {
-        noisy_in(clean, sigma, synthetic_noise::Direction::Normal)
-    }
-
-    fn noisy_in(clean: &Surface, sigma: f64, direction: synthetic_noise::Direction) -> Surface {
-        let noise = Noise { sigma, direction, share: 1.0, seed: 3 };
-        synthetic_noise::noisy(clean, &noise)
-    }
-
-    /// Mean angle between the normals of two surfaces, degrees.
-    fn off(a: &Surface, positions: &[DVec3]) -> f64 {
-        let mesh = TriangleMesh::of(a);
-        let [a, b] = [a.positions(), positions].map(|x| FaceGeometry::of(&mesh, x).normals);
-        a.iter().zip(&b).map(|(a, b)| a.angle_between(*b).to_degrees()).sum::<f64>() / mesh.face_count() as f64
-    }
-
-    #[test]
-    fn noise_on_a_sphere_goes_and_the_choice_says_how_much_there_was() {
-        let clean = shapes::sphere(3);
-        let noisy = noisy(&clean, 0.2);
-        let (deltas, choice) = choose(&noisy, &Auto::default(), &Silent).unwrap();
-        let result = noisy.moved_by(&deltas);
-        // From 22°. Curvature is 0.15 radians an edge, and the nearest smoothing by hand leaves 3.5°.
-        assert!(off(&clean, &result) < 4.0, "{} {choice}", off(&clean, &result));
-        // 642 vertices: the deviation is known to 3 %; three times that, and a tenth that the curvature may add.
-        assert!((choice.sigma / 0.2 - 1.0).abs() < 0.2, "{choice}");
-        let total: f64 = choice.candidates.iter().map(|share| share.share).sum();
-        assert!((total - 1.0).abs() < 1e-12 && choice.kind == Kind::Independent, "{choice}");
-    }
-
-    #[test]
-    fn noise_along_the_normals_is_told_from_noise_in_all_directions() {
-        // With flats and edges: where all is smooth it makes no difference.
-        let ball = shapes::sphere(4);
-        let clean =
-            ball.at(ball.positions().iter().map(|p| p.clamp(DVec3::splat(-0.75), DVec3::splat(0.75))).collect());
-        let left = |noisy: &Surface, across: Option<f64>| {
-            let (deltas, choice) = choose(noisy, &Auto { noise_across: across, ..Auto::default() }, &Silent).unwrap();
-            let result = noisy.moved_by(&deltas);
-            (off(&clean, &result), choice)
-        };
-        let along = noisy_in(&clean, 0.2, synthetic_noise::Direction::Normal);
-        let (held, choice) = left(&along, None);
-        assert!(
-            choice.tangential_sigma < 0.5 * choice.sigma && choice.measured.tangential_stiffness(choice.kind) > 3.0,
-            "{choice:?}"
-        );
-        // As if noise went in all directions.
-        let (free, _) = left(&along, Some(0.2));
-        assert!(held < 0.97 * free, "{held} {free}");
-        // Of that much in all directions a third of the square goes along the normals.
-        let (_, choice) = left(&noisy_in(&clean, 0.3, synthetic_noise::Direction::Random), None);
-        assert!(
-            choice.tangential_sigma > 0.9 * choice.measured.fine
-                && choice.measured.tangential_stiffness(choice.kind) < 0.3,
-            "{choice:?}"
-        );
-    }
-
-    #[test]
-    fn a_box_keeps_its_edges_in_much_noise() {
-        let clean = shapes::gridded_box(24);
-        let noisy = noisy(&clean, 0.3);
-        let (deltas, choice) = choose(&noisy, &Auto::default(), &Silent).unwrap();
-        let result = noisy.moved_by(&deltas);
-        // From 33°. Judged along the normals of the smoothed mesh, half of it was linear smoothing, and 5.4° were
-        // left; now 1.4°.
-        assert!(off(&clean, &result) < 2.5, "{} {choice}", off(&clean, &result));
-    }
-
-    #[test]
-    fn a_clean_surface_stays_as_it_is() {
-        // Not the dented sphere: its dents differ from vertex to vertex, which is what noise does.
-        for clean in [shapes::sphere(3), shapes::sphere(4), shapes::cube(), shapes::grid(8)] {
-            let (deltas, choice) = choose(&clean, &Auto::default(), &Silent).unwrap();
-            assert!(deltas.iter().all(|d| *d == DVec3::ZERO), "{} vertices: {choice:?}", deltas.len());
-            assert_eq!(choice.kind, Kind::None);
-        }
-    }
-
-    #[test]
-    fn roughness_with_more_bumps_than_pits_stays() {
-        let clean = shapes::sphere(4);
-        let noisy = noisy(&clean, 0.2);
-        let lift = |(p, q): (&DVec3, &DVec3)| *p + p.normalize() * (*q - *p).length();
-        let rough = clean.at(clean.positions().iter().zip(noisy.positions()).map(lift).collect());
-        let (deltas, choice) = choose(&rough, &Auto::default(), &Silent).unwrap();
-        assert!(deltas.iter().all(|d| *d == DVec3::ZERO) && choice.measured.skewness > 0.125, "{choice:?}");
-    }
-
-    #[test]
-    fn each_kind_of_noise_has_its_candidates() {
-        let clean = shapes::sphere(4);
-        let correlated = noise_level::tests::with_correlated_noise(&clean, 0.5, 3);
-        let (deltas, choice) = choose(&correlated, &Auto::default(), &Silent).unwrap();
-        assert_eq!(choice.kind, Kind::Correlated);
-        assert_eq!(choice.candidates, [CandidateShare::all_of(Candidate::Flat)]);
-        assert!(deltas.iter().any(|d| *d != DVec3::ZERO));
-        let white = noisy(&shapes::sphere(2), 0.2);
-        for kind in [Kind::Independent, Kind::Uneven] {
-            let (_, choice) = choose(&white, &Auto { kind: Some(kind), ..Auto::default() }, &Silent).unwrap();
-            assert_eq!((choice.kind, choice.candidates.len()), (kind, Candidate::ALL.len()));
-        }
-    }
-
-    #[test]
-    fn every_choice_can_be_overruled() {
-        let noisy = noisy(&shapes::sphere(3), 0.2);
-        let chosen = |settings: Auto| choose(&noisy, &settings, &Silent).unwrap();
-        let (_, told) = chosen(Auto { noise: Some(0.1), ..Auto::default() });
-        assert_eq!((told.sigma, told.kind), (0.1, Kind::Independent));
-        for stays in [
-            Auto { noise: Some(0.0), ..Auto::default() },
-            Auto { kind: Some(Kind::None), ..Auto::default() },
-            Auto { candidates: Some(vec![Candidate::Stay]), ..Auto::default() },
-            Auto { candidates: Some(Vec::new()), ..Auto::default() },
-        ] {
-            let (deltas, choice) = chosen(stays);
-            assert!(deltas.iter().all(|d| *d == DVec3::ZERO), "{choice}");
-        }
-        let (_, two) = chosen(Auto { candidates: Some(vec![Candidate::Smooth, Candidate::Linear]), ..Auto::default() });
-        assert_eq!(two.candidates.len(), 2);
-        let clean = shapes::sphere(3);
-        let (deltas, _) = choose(&clean, &Auto { noise: Some(0.2), ..Auto::default() }, &Silent).unwrap();
-        assert!(deltas.iter().any(|d| *d != DVec3::ZERO));
-    }
-
-    #[test]
-    fn patches_give_about_the_shares_of_the_whole() {
-        let noisy = noisy(&shapes::sphere(4), 0.2);
-        let connectivity = Connectivity::of(&noisy);
-        let noise = NoiseEstimate::of(&noisy, &connectivity, &Silent).unwrap();
-        let sizes = PatchSizes { whole: 0, patches: 3, triangles: 600, margin: 4 };
-        let part = subsample(&noisy, &connectivity, sizes).unwrap();
-        let evaluated = part.evaluated.iter().filter(|evaluated| **evaluated).count();
-        assert!(evaluated == 1800 && part.connectivity.mesh.face_count() < noisy.triangles().len(), "{evaluated}");
-        let constraint = BoundaryConstraint::default();
-        let candidates = &Candidate::ALL[4..];
-        let mean = |connectivity: &Connectivity, input: &[DVec3], evaluated: &[bool]| {
-            let sigma = noise.level.sigma_as(noise.level.kind());
-            let problem = Problem::new(connectivity, &constraint, sigma, noise.mean_edge);
-            let evaluation = Evaluation { problem, input, smoothing: noise.smoothing, evaluated };
-            let shares = evaluation.best_mixture(candidates, &Silent).unwrap().0;
-            shares.iter().zip(0u32..).map(|(share, k)| share.share * f64::from(k)).sum::<f64>()
-        };
-        let of_part = mean(&part.connectivity, part.surface.positions(), &part.evaluated);
-        let of_whole = mean(&connectivity, noisy.positions(), &[]);
-        // Both lie among the smoothest of five; one place apart is what a third of the faces may cost.
-        assert!((of_part - of_whole).abs() < 1.0, "{of_part} {of_whole}");
-    }
-}
+mod tests;

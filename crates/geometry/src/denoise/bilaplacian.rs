@@ -95,6 +95,52 @@ impl Umbrella {
     }
 }
 
+impl Umbrella {
+    /// Minimises Σ |xᵥ − x⁰ᵥ|² / (μᵥ hᵥ²) + Σ |(U x)ᵥ|² / hᵥ², with a strength μ and a length h of the local edges for each
+    /// vertex: the smoothing of [`Self::smoothed`] with strengths that vary. Vertices with μ = 0 stay. #V×3, model units
+    pub(super) fn smoothed_locally(
+        &self,
+        x: &[DVec3],
+        local: LocalStrength,
+        constraint: &BoundaryConstraint,
+        progress: &dyn Progress,
+    ) -> Result<Vec<DVec3>, Cancelled> {
+        // With x = x⁰ + G y and G = h √μ the system is (1 + G Uᵀ h⁻² U G) y = −G Uᵀ h⁻² U x⁰, which is well conditioned.
+        let scale: Vec<f64> = local.strength.iter().zip(local.edge).map(|(mu, edge)| mu.sqrt() * edge).collect();
+        let weight: Vec<f64> = local.edge.iter().map(|h| if *h > 0.0 { h.powi(-2) } else { 0.0 }).collect();
+        let mut scaled = vec![DVec3::ZERO; x.len()];
+        let mut umbrellas = vec![DVec3::ZERO; x.len()];
+        let mut bend = |x: &[DVec3], out: &mut [DVec3], identity: f64, of: &[DVec3]| {
+            let slots = umbrellas.par_iter_mut().enumerate().with_min_len(CHUNK);
+            slots.for_each(|(v, umbrella)| *umbrella = weight[v] * self.at(of, v));
+            let row = |v: usize| identity * x[v] + scale[v] * self.transposed_at(&umbrellas, v);
+            multiply(x, out, |v| constraint.projected(v, row(v)))
+        };
+        let mut right = vec![DVec3::ZERO; x.len()];
+        bend(x, &mut right, 0.0, x);
+        right.iter_mut().for_each(|r| *r = -*r);
+        let stop = Stop { tolerance: 1e-4, max_steps: 100 };
+        let ones = vec![1.0; x.len()];
+        let mut solver = ConjugateGradients::new(&ones);
+        let product = |y: &[DVec3], out: &mut [DVec3]| {
+            scaled.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(v, s)| *s = scale[v] * y[v]);
+            bend(y, out, 1.0, &scaled)
+        };
+        let guess = vec![DVec3::ZERO; x.len()];
+        let y = solver.solve_from(product, guess, &right, stop, progress)?;
+        Ok(x.iter().zip(y).zip(&scale).map(|((x, y), s)| *x + *s * y).collect())
+    }
+}
+
+/// Strength of a smoothing at each vertex.
+#[derive(Clone, Copy)]
+pub(super) struct LocalStrength<'a> {
+    /// Strength μ. #V
+    pub(super) strength: &'a [f64],
+    /// Length h of the local edges, model units. #V
+    pub(super) edge: &'a [f64],
+}
+
 /// Constraint that vertices at the boundary stay, as a projection; the default lets all vertices move.
 #[derive(Clone, Debug, Default)]
 pub(super) struct BoundaryConstraint {
@@ -110,6 +156,16 @@ impl BoundaryConstraint {
             Boundary::Fixed => (0..topology.vertex_count() as Index).map(|v| topology.is_boundary(v)).collect(),
         };
         Self { fixed }
+    }
+
+    /// The constraint that these vertices stay as well. #V
+    pub(super) fn and_fixed(mut self, fixed: impl Iterator<Item = bool>) -> Self {
+        if self.fixed.is_empty() {
+            self.fixed = fixed.collect();
+        } else {
+            self.fixed.iter_mut().zip(fixed).for_each(|(own, fixed)| *own |= fixed);
+        }
+        self
     }
 
     /// Constraint of a part of the surface, whose vertices have these indices in the whole.

@@ -37,6 +37,7 @@ use super::bilaplacian::BoundaryConstraint;
 use super::connectivity::Connectivity;
 use super::laplacian::BOUNDARY;
 use super::method::{DenoiseMethod, MethodInfo};
+use super::noise_field::NoiseField;
 use super::noise_level::{self, NoiseEstimate};
 use super::parameters::{HUGE, Parameter, Preset, TINY};
 use super::vertex_update::MOTION;
@@ -187,7 +188,7 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     Parameter::number(
         "strength",
         "/prior/strength",
-        [TINY, HUGE],
+        [0.0, HUGE],
         "weight of the prior against the data; more smooths more",
     )
     .slider(10.0),
@@ -237,16 +238,14 @@ pub(super) fn deltas(surface: &Surface, settings: &Map, progress: &dyn Progress)
         None => noise.level.tangential_stiffness(kind),
     };
     let input = surface.positions();
-    if !(sigma > noise_level::ROUNDING_NOISE && noise.mean_edge > 0.0) {
+    let is_noisy = sigma > noise_level::ROUNDING_NOISE && noise.mean_edge > 0.0;
+    if !is_noisy || settings.prior.strength == 0.0 {
         return Ok(vec![DVec3::ZERO; input.len()]);
     }
     let constraint = BoundaryConstraint::of(surface, settings.boundary);
-    let guess = connectivity.umbrella.smoothed(input, noise.smoothing, &constraint, progress)?;
-    let problem = Problem {
-        max_steps: settings.steps,
-        tangential_stiffness,
-        ..Problem::new(&connectivity, &constraint, sigma, noise.mean_edge)
-    };
+    let field = NoiseField::uniform(input.len(), sigma, noise.mean_edge, tangential_stiffness);
+    let problem = Problem { max_steps: settings.steps, ..Problem::new(&connectivity, &constraint, &field) };
+    let guess = problem.guess(input, progress)?;
     let offsets = problem.estimate(input, &guess, &settings.prior, progress)?;
-    Ok(connectivity.undo_flips(input, offsets, sigma))
+    Ok(connectivity.undo_flips(input, offsets, &field))
 }

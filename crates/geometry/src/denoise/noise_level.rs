@@ -44,13 +44,11 @@ pub struct NoiseLevel {
     pub skewness: f64,
 }
 
-/// The noise of a mesh, and the smoothing that suits it.
+/// The noise of a mesh, and the length of its edges.
 pub(super) struct NoiseEstimate {
     pub(super) level: NoiseLevel,
     /// Mean edge length of the smoothed mesh, model units.
     pub(super) mean_edge: f64,
-    /// Strength μ of the bi-Laplacian smoothing that suits the noise.
-    pub(super) smoothing: f64,
 }
 
 impl NoiseEstimate {
@@ -83,7 +81,7 @@ impl NoiseEstimate {
             .map(|x| if mean_edge > 0.0 && x.is_finite() { x / mean_edge } else { 0.0 });
         let skewness = quantile_skewness(heights);
         let level = NoiseLevel { fine, tail, coarse, sign_agreement, tangential, skewness };
-        Ok(Self { level, mean_edge, smoothing })
+        Ok(Self { level, mean_edge })
     }
 }
 
@@ -123,11 +121,9 @@ impl NoiseLevel {
         // from detail, and a barely noisy mesh stays as it is.
         const LEAST: f64 = 0.035;
         const LEAST_ROUGH: f64 = 0.02;
-        // Sensors err to both sides alike. Roughness has pits or bumps: where noise lifts only, the skewness is 0.15.
-        const LARGEST_SKEWNESS: f64 = 0.125;
         let is_rough = self.is_rough_at_all_scales();
         let white = self.fine * (1.0 - self.detail_fraction(0.005)).sqrt();
-        if white < if is_rough { LEAST_ROUGH } else { LEAST } || self.skewness.abs() > LARGEST_SKEWNESS {
+        if white < if is_rough { LEAST_ROUGH } else { LEAST } || self.is_one_sided() {
             Kind::None
         } else if is_rough || self.inflation() > 2.5 {
             Kind::Correlated
@@ -136,6 +132,13 @@ impl NoiseLevel {
         } else {
             Kind::Independent
         }
+    }
+
+    /// True for roughness that has bumps or pits, but not both alike, as no sensor errs.
+    pub(super) fn is_one_sided(&self) -> bool {
+        // Where noise lifts only, the skewness is 0.15.
+        const LARGEST_SKEWNESS: f64 = 0.125;
+        self.skewness.abs() > LARGEST_SKEWNESS
     }
 
     /// Deviation of the coarse band beyond that of white noise, mean edges.

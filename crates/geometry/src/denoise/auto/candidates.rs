@@ -1,6 +1,8 @@
 //! Candidates of the mixture. A new one is a name, and its algorithm in [`Candidate::algorithm`].
 
+use crate::denoise::bilaplacian::LocalStrength;
 use crate::denoise::map::{Prior, Problem};
+use crate::denoise::noise_level::Kind;
 use crate::named;
 use crate::progress::{Cancelled, Progress};
 use glam::DVec3;
@@ -21,6 +23,12 @@ named! {
         Detail = "detail",
         /// `map` with the prior for smooth shapes.
         Smooth = "smooth",
+        /// `map` with the prior for flat parts, five times as strong: for noise that neighbours share.
+        FlatStrong = "flat-strong",
+        /// `map` with the prior for parts with creases, five times as strong.
+        CreasesStrong = "creases-strong",
+        /// `map` with the prior for smooth shapes, five times as strong.
+        SmoothStrong = "smooth-strong",
         /// Linear smoothing, very little.
         LinearFaint = "linear-faint",
         /// Linear smoothing, little.
@@ -29,6 +37,8 @@ named! {
         Linear = "linear",
         /// Linear smoothing, much.
         LinearStrong = "linear-strong",
+        /// Linear smoothing over wide neighbourhoods: for noise that neighbours share.
+        LinearWide = "linear-wide",
         /// The mesh as it is.
         Stay = "stay",
     }
@@ -52,9 +62,27 @@ pub(super) enum Algorithm {
 }
 
 impl Candidate {
+    /// Candidates that suit a kind of noise.
+    pub(super) fn suited_to(kind: Kind) -> Vec<Self> {
+        let all = Self::ALL.into_iter();
+        match kind {
+            Kind::None => vec![Self::Stay],
+            Kind::Correlated => {
+                all.filter(|c| !matches!(c, Self::Sharp | Self::Detail | Self::LinearFaint | Self::Stay)).collect()
+            }
+            Kind::Independent | Kind::Uneven => all.filter(|c| !c.is_for_shared_noise() && *c != Self::Stay).collect(),
+        }
+    }
+
+    /// Whether the candidate smooths more than noise that is white calls for.
+    fn is_for_shared_noise(self) -> bool {
+        matches!(self, Self::FlatStrong | Self::CreasesStrong | Self::SmoothStrong | Self::LinearWide)
+    }
+
     /// Algorithm with its settings. Strengths were found on a dozen and a half meshes, from machine parts to animals.
     pub(super) fn algorithm(self) -> Algorithm {
         let linear = |strength| Algorithm::Linear { strength, passes: 4 };
+        let strong = |prior: Prior| Algorithm::Map(Prior { strength: 5.0 * prior.strength, ..prior });
         match self {
             Self::Stay => Algorithm::Stay,
             Self::Flat => Algorithm::Map(Prior::FLAT),
@@ -63,10 +91,14 @@ impl Candidate {
             Self::Mixed => Algorithm::Map(Prior::MIXED),
             Self::Detail => Algorithm::Map(Prior::DETAIL),
             Self::Smooth => Algorithm::Map(Prior::SMOOTH),
+            Self::FlatStrong => strong(Prior::FLAT),
+            Self::CreasesStrong => strong(Prior::CREASES),
+            Self::SmoothStrong => strong(Prior::SMOOTH),
             Self::LinearFaint => linear(16.0),
             Self::LinearLight => linear(40.0),
             Self::Linear => linear(100.0),
             Self::LinearStrong => linear(240.0),
+            Self::LinearWide => linear(1000.0),
         }
     }
 
@@ -74,7 +106,8 @@ impl Candidate {
     /// priors with creases make, and where it leaves much noise its risk is least certain: such a pair looks best by chance if
     /// ever.
     pub(super) fn mixes_with(self, other: Self) -> bool {
-        let has_creases = |c: Self| matches!(c, Self::Flat | Self::Sharp | Self::Creases);
+        let has_creases =
+            |c: Self| matches!(c, Self::Flat | Self::Sharp | Self::Creases | Self::FlatStrong | Self::CreasesStrong);
         let is_linear = |c: Self| matches!(c.algorithm(), Algorithm::Linear { .. });
         !(has_creases(self) && is_linear(other) || is_linear(self) && has_creases(other))
     }
@@ -90,26 +123,27 @@ impl Candidate {
         match self.algorithm() {
             Algorithm::Stay => Ok(vec![DVec3::ZERO; input.len()]),
             Algorithm::Linear { strength, passes } => {
-                let mu = strength * problem.sigma / f64::from(passes);
-                smooth_linearly(problem, input, mu, passes, progress)
+                let strengths = problem.noise.strengths(|sigma| strength * sigma / f64::from(passes));
+                smooth_linearly(problem, input, &strengths, passes, progress)
             }
             Algorithm::Map(prior) => problem.estimate(input, guess, &prior, progress),
         }
     }
 }
 
-/// Offsets of [`Algorithm::Linear`] with `passes` bi-Laplacian steps of strength `mu`. #V×3, model units
+/// Offsets of [`Algorithm::Linear`] with `passes` bi-Laplacian steps of these strengths (#V). #V×3, model units
 fn smooth_linearly(
     problem: &Problem,
     input: &[DVec3],
-    mu: f64,
+    strengths: &[f64],
     passes: u32,
     progress: &dyn Progress,
 ) -> Result<Vec<DVec3>, Cancelled> {
-    let Problem { connectivity, constraint, tangential_stiffness, .. } = *problem;
+    let Problem { connectivity, constraint, noise, .. } = *problem;
+    let local = LocalStrength { strength: strengths, edge: &noise.edge };
     let smooth = |mut x: Vec<DVec3>| -> Result<Vec<DVec3>, Cancelled> {
         for _ in 0..passes {
-            x = connectivity.umbrella.smoothed(&x, mu, constraint, progress)?;
+            x = connectivity.umbrella.smoothed_locally(&x, local, constraint, progress)?;
         }
         Ok(x)
     };
@@ -117,9 +151,9 @@ fn smooth_linearly(
     let lost = smooth(input.iter().zip(&once).map(|(p, x)| *p - *x).collect())?;
     let smoothed: Vec<DVec3> = once.iter().zip(lost).map(|(x, lost)| *x + lost).collect();
     let normals = connectivity.vertex_normals(&smoothed);
-    let offsets = smoothed.iter().zip(input).zip(normals).map(|((x, p), n)| {
+    let offsets = smoothed.iter().zip(input).zip(normals).zip(&noise.stiffness).map(|(((x, p), n), stiffness)| {
         let tangential = (*x - *p).reject_from_normalized(n);
-        *x - *p - tangential * (tangential_stiffness / (1.0 + tangential_stiffness))
+        *x - *p - tangential * (stiffness / (1.0 + stiffness))
     });
     Ok(offsets.collect())
 }

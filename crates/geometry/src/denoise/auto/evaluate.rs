@@ -4,7 +4,7 @@ use super::CandidateShare;
 use super::candidates::Candidate;
 use super::sure::{Response, SureEstimator};
 use crate::denoise::map::{LinearisedNormals, Problem};
-use crate::denoise::noise_level;
+use crate::mesh::jagged::Index;
 use crate::progress::{Cancelled, Parts, Progress};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -15,8 +15,6 @@ pub(super) struct Evaluation<'a> {
     pub(super) problem: Problem<'a>,
     /// Noisy positions. #V×3, model units
     pub(super) input: &'a [DVec3],
-    /// Strength μ of the smoothing that gives the first guess.
-    pub(super) smoothing: f64,
     /// True for triangles that are evaluated. #T, or empty where all are
     pub(super) evaluated: &'a [bool],
 }
@@ -41,7 +39,7 @@ struct PerturbedInput {
 const TRIANGLE_BUDGET: usize = 40_000;
 /// Largest number of probes.
 const MAX_PROBES: usize = 4;
-/// Size of a probe over σ: large against the steps that robust weights make, small against the noise.
+/// Size of a probe over that of the noise: large against the steps that robust weights make, small against the noise.
 const PROBE_SIZE: f64 = 0.3;
 /// Probes displace vertices along the normals of this candidate's result. The normals of a smoothed mesh are tilted at
 /// creases; probes along them would excite the tangential directions that the candidates barely constrain, and the risk
@@ -85,7 +83,7 @@ impl Evaluation<'_> {
         let derivative = |&(candidate, k): &(usize, usize)| -> Result<Vec<DVec3>, Cancelled> {
             let moved = run(candidates[candidate], &perturbed[k])?;
             let (probe, still) = (&probes[k], &offsets[candidate]);
-            Ok((0..moved.len()).map(|v| probe[v] + (moved[v] - still[v]) / self.probe_length()).collect())
+            Ok((0..moved.len()).map(|v| probe[v] + (moved[v] - still[v]) / PROBE_SIZE).collect())
         };
         let derivatives = |jobs: &[(usize, usize)]| -> Result<Vec<Vec<DVec3>>, Cancelled> {
             jobs.par_iter().map(derivative).collect()
@@ -109,35 +107,25 @@ impl Evaluation<'_> {
         Ok((candidates.iter().zip(weights).map(share).collect(), offsets))
     }
 
-    /// Standard deviation σ of the noise, model units.
-    fn sigma(&self) -> f64 {
-        self.problem.sigma * self.problem.mean_edge
-    }
-
-    /// Length that a probe of length one is scaled to, model units.
-    fn probe_length(&self) -> f64 {
-        PROBE_SIZE * self.sigma()
-    }
-
-    /// Probes: standard Gaussians along the normals of the result with these offsets (#V×3, model units). #V×3 each
+    /// Probes: samples of the noise along the normals of the result with these offsets (#V×3, model units). #V×3 each, model
+    /// units
     fn probes(&self, count: usize, offsets: &[DVec3]) -> Vec<Vec<DVec3>> {
         let result: Vec<DVec3> = self.input.iter().zip(offsets).map(|(p, offset)| *p + *offset).collect();
         let normals = self.problem.connectivity.vertex_normals(&result);
-        let seeds = (7..).map(|seed| noise_level::gaussians(self.input.len(), seed));
-        let along_normals = |gaussians: Vec<DVec3>| gaussians.iter().zip(&normals).map(|(g, n)| g.x * *n).collect();
-        seeds.take(count).map(along_normals).collect()
+        let Problem { connectivity, noise, .. } = self.problem;
+        let samples = (7..).map(|seed| noise.sample(connectivity, seed));
+        let along_normals = |lengths: Vec<f64>| lengths.iter().zip(&normals).map(|(x, n)| *x * *n).collect();
+        samples.take(count).map(along_normals).collect()
     }
 
     fn perturbed(&self, probe: &[DVec3], progress: &dyn Progress) -> Result<PerturbedInput, Cancelled> {
-        let length = self.probe_length();
-        let input: Vec<DVec3> = self.input.iter().zip(probe).map(|(p, b)| *p + length * *b).collect();
+        let input: Vec<DVec3> = self.input.iter().zip(probe).map(|(p, b)| *p + PROBE_SIZE * *b).collect();
         Ok(PerturbedInput { guess: self.guess(&input, progress)?, input })
     }
 
     /// First guess for candidates: the smoothed input. #V×3, model units
     fn guess(&self, input: &[DVec3], progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
-        let Problem { connectivity, constraint, .. } = self.problem;
-        connectivity.umbrella.smoothed(input, self.smoothing, constraint, progress)
+        self.problem.guess(input, progress)
     }
 
     /// Risk estimator with normals that are linearised at the mean of all results but the noisy mesh itself.
@@ -148,17 +136,17 @@ impl Evaluation<'_> {
         let mean = |v: usize| self.input[v] + weight * denoised.iter().map(|result| result.offsets[v]).sum::<DVec3>();
         let mean: Vec<DVec3> = (0..self.input.len()).map(mean).collect();
         let mut linear = LinearisedNormals::default();
-        linear.update(self.problem.connectivity, &mean, MAX_GRADIENT / self.problem.mean_edge);
-        SureEstimator {
-            connectivity: self.problem.connectivity,
-            linear,
-            doubled_variance: 2.0 * self.sigma() * self.sigma(),
-            evaluated: self.evaluated,
-        }
+        let Problem { connectivity, noise, .. } = self.problem;
+        let triangles = &connectivity.mesh.triangles;
+        linear.update(connectivity, &mean, |f| MAX_GRADIENT / noise.edge_of(&triangles[f]));
+        // Slivers count by their area, beside that of a triangle with local edges.
+        let weight = |(t, area): (&[Index; 3], &f64)| (area / (0.433 * noise.edge_of(t).powi(2))).min(1.0);
+        let weights = triangles.iter().zip(&linear.areas).map(weight).collect();
+        SureEstimator { connectivity, weights, linear, evaluated: self.evaluated }
     }
 }
 
-/// Largest gradient of a normal, 1/mean edge: steeper ones are those of slivers, which say nothing about the whole.
+/// Largest gradient of a normal, 1/local edge: steeper ones are those of slivers, which say nothing about the whole.
 const MAX_GRADIENT: f64 = 3.0;
 
 /// All pairs of a candidate and a probe.

@@ -5,8 +5,8 @@
 //! Transactions on Image Processing 17 (9), 2008.
 //!
 //! The error of a result is that of its face normals, which are a linear function A of the positions. For a result y(p)
-//! the expectation of |A (y − p)|² + 2σ² (A b)·(A (y(p + ε b) − y(p)) / ε), with b standard Gaussian along the normals, is
-//! the squared error of its normals up to a constant that is the same for all results.
+//! the expectation of |A (y − p)|² + 2 (A b)·(A (y(p + ε b) − y(p)) / ε), with b a further sample of the noise, is the
+//! squared error of its normals up to a constant that is the same for all results. The noise need not be white or even.
 //!
 //! Residuals are smoothed over each face's edge neighbours first. The noise of faces is much larger than the differences
 //! between candidates and alternates in sign, so smoothing reduces the variance of the estimate; leftover noise and lost
@@ -21,7 +21,7 @@ use std::ops::{Add, Div, Mul};
 pub(super) struct Response {
     /// Smoothed residual A (y − p) of each face. #T×3
     residuals: Vec<DVec3>,
-    /// For each probe, the divergence term 2σ² (A b)·(A dy) of each face, both factors smoothed. #probes×T
+    /// For each probe, the divergence term 2 (A b)·(A dy) of each face, both factors smoothed. #probes×T
     divergences: Vec<Vec<f64>>,
 }
 
@@ -30,8 +30,8 @@ pub(super) struct SureEstimator<'a> {
     pub(super) connectivity: &'a Connectivity,
     /// Linear function A from positions to face normals, at the mean of the results.
     pub(super) linear: LinearisedNormals,
-    /// Twice the variance of the noise, 2σ², square model units.
-    pub(super) doubled_variance: f64,
+    /// Weights of the triangles: 1, or less for slivers. #T
+    pub(super) weights: Vec<f64>,
     /// True for triangles that count. #T, or empty where all do
     pub(super) evaluated: &'a [bool],
 }
@@ -60,7 +60,7 @@ impl SureEstimator<'_> {
         };
         let divergence = |(derivative, probe): (&Vec<DVec3>, &Vec<DVec3>)| -> Vec<f64> {
             let (derivative, probe) = (normal_changes(derivative), normal_changes(probe));
-            derivative.iter().zip(&probe).map(|(a, b)| self.doubled_variance * a.dot(*b)).collect()
+            derivative.iter().zip(&probe).map(|(a, b)| 2.0 * a.dot(*b)).collect()
         };
         Response {
             residuals: normal_changes(offsets),
@@ -83,12 +83,11 @@ impl SureEstimator<'_> {
         /// Number of times that values are averaged over neighbours, so that trimming cuts off regions rather than noise.
         const SMOOTHINGS: usize = 3;
         let count = self.connectivity.mesh.face_count();
-        let mean_area = self.linear.areas.iter().sum::<f64>() / count.max(1) as f64;
         let [of_a, of_b] = [a, b].map(|response| response.divergences(probe));
         let one = |f: usize| {
             let mean = 0.5 * (a.residuals[f] + b.residuals[f]);
             let risk = mean.length_squared() + 0.5 * (of_a[f] + of_b[f]);
-            (risk - reference[f]) * (self.linear.areas[f] / mean_area).min(1.0)
+            (risk - reference[f]) * self.weights[f]
         };
         let mut values: Vec<f64> = (0..count).map(one).collect();
         for _ in 0..SMOOTHINGS {

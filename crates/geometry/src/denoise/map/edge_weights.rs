@@ -11,12 +11,23 @@ use rayon::prelude::*;
 /// An edge as one of its two faces sees it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct HalfEdgeWeight {
-    /// Centroid of this face minus that of the other one, cᵢ − cⱼ, mean edges.
+    /// Centroid of this face minus that of the other one, cᵢ − cⱼ, local edges.
     pub(super) centroid_offset: DVec3,
     /// Weight wₑ of the jump of the normal that the shape operators do not explain.
     pub(super) normal_weight: f64,
     /// Weight vₑ of the jump of the shape operator.
     pub(super) shape_operator_weight: f64,
+}
+
+/// Positions of the vertices and what follows from them.
+#[derive(Clone, Copy)]
+pub(super) struct Configuration<'a> {
+    /// Normals, linearised at the positions.
+    pub(super) normals: &'a LinearisedNormals,
+    /// Positions of the vertices. #V×3, mean edges
+    pub(super) positions: &'a [DVec3],
+    /// Length of the edges around each face. #T, mean edges
+    pub(super) edges: &'a [f64],
 }
 
 /// The robust penalty φ(r) = (1 + |r|²/κ²)^−p of one round, with the weights of the prior.
@@ -66,25 +77,25 @@ impl HalfEdgeWeights {
         Self { all: vec![HalfEdgeWeight::default(); count], centroids }
     }
 
-    /// Computes the weights from the residuals at `positions` (#V×3, mean edges), where `normals` are linearised, and
-    /// `shape_operators` (#T).
+    /// Computes the weights from the residuals at a configuration and the `shape_operators` there (#T, 1/local edge).
     pub(super) fn update(
         &mut self,
         connectivity: &Connectivity,
-        normals: &LinearisedNormals,
-        positions: &[DVec3],
+        at: &Configuration,
         shape_operators: &[Symmetric],
         robust: &RobustWeights,
     ) {
         let mesh = &connectivity.mesh;
+        let Configuration { normals, positions, edges: local_edges } = *at;
         let centroid = |t: &[u32; 3]| t.iter().map(|&v| positions[v as usize]).sum::<DVec3>() / 3.0;
         self.centroids.par_iter_mut().zip(&mesh.triangles).for_each(|(c, t)| *c = centroid(t));
         let centroids = &self.centroids;
         let of_edge = |(&[f, g], &[a, b]): (&[u32; 2], &[u32; 2])| {
             let [f, g] = [f, g].map(|f| f as usize);
             // Long and short edges of a bad triangulation are clamped: they shall not outweigh the others.
-            let centroid_offset = (centroids[f] - centroids[g]).clamp_length_max(2.0);
-            let length = positions[a as usize].distance(positions[b as usize]).clamp(0.1, 3.0);
+            let per_edge = 2.0 / (local_edges[f] + local_edges[g]);
+            let centroid_offset = ((centroids[f] - centroids[g]) * per_edge).clamp_length_max(2.0);
+            let length = (positions[a as usize].distance(positions[b as usize]) * per_edge).clamp(0.1, 3.0);
             let predicted = 0.5 * (shape_operators[f] + shape_operators[g]).times(centroid_offset);
             let normal_jump = normals.normals[f] - normals.normals[g] - predicted;
             let of_normal = robust.robust(normal_jump.length_squared());

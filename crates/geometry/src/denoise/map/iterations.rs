@@ -1,12 +1,13 @@
 //! Rounds of linearising, reweighting and solving.
 
 use super::Prior;
-use super::edge_weights::{HalfEdgeWeights, RobustWeights};
+use super::edge_weights::{Configuration, HalfEdgeWeights, RobustWeights};
 use super::linearised_normals::LinearisedNormals;
-use super::normal_equations::{Linearisation, NormalEquations, Unknowns};
+use super::normal_equations::{DataWeights, Linearisation, NormalEquations, Unknowns};
 use super::symmetric::Symmetric;
-use crate::denoise::bilaplacian::BoundaryConstraint;
+use crate::denoise::bilaplacian::{BoundaryConstraint, LocalStrength};
 use crate::denoise::connectivity::Connectivity;
+use crate::denoise::noise_field::NoiseField;
 use crate::progress::{Cancelled, Progress};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -16,12 +17,8 @@ use rayon::prelude::*;
 pub(in crate::denoise) struct Problem<'a> {
     pub(in crate::denoise) connectivity: &'a Connectivity,
     pub(in crate::denoise) constraint: &'a BoundaryConstraint,
-    /// Standard deviation σ of the noise, mean edges.
-    pub(in crate::denoise) sigma: f64,
-    /// Weight k of the data term's tangential part, on top of the weight 1 of all directions; 0 for isotropic noise.
-    pub(in crate::denoise) tangential_stiffness: f64,
-    /// Mean edge length, model units.
-    pub(in crate::denoise) mean_edge: f64,
+    /// Noise at each vertex.
+    pub(in crate::denoise) noise: &'a NoiseField,
     /// Largest number of steps of conjugate gradients in each round.
     pub(in crate::denoise) max_steps: u32,
 }
@@ -31,15 +28,22 @@ pub(in crate::denoise) struct Problem<'a> {
 const STIFFNESS_RAMP: f64 = 0.3;
 
 impl<'a> Problem<'a> {
-    /// A problem with isotropic noise. Noisier meshes are smoothed over wider neighbourhoods, which takes more steps.
+    /// A problem on a mesh with this noise. Noisier meshes are smoothed over wider neighbourhoods, which takes more steps.
     pub(in crate::denoise) fn new(
         connectivity: &'a Connectivity,
         constraint: &'a BoundaryConstraint,
-        sigma: f64,
-        mean_edge: f64,
+        noise: &'a NoiseField,
     ) -> Self {
-        let max_steps = (100.0 * sigma).clamp(20.0, 80.0) as u32;
-        Self { connectivity, constraint, sigma, tangential_stiffness: 0.0, mean_edge, max_steps }
+        let max_steps = (100.0 * noise.typical()).clamp(20.0, 80.0) as u32;
+        Self { connectivity, constraint, noise, max_steps }
+    }
+
+    /// First guess of the surface from the vertices `input`: a smoothing that suits the noise. #V×3, model units
+    pub(in crate::denoise) fn guess(&self, input: &[DVec3], progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
+        // Noise of a tenth of an edge goes with μ = 1, and as σ² beyond.
+        let strengths = self.noise.strengths(|sigma| (100.0 * sigma * sigma).max(0.5));
+        let local = LocalStrength { strength: &strengths, edge: &self.noise.edge };
+        self.connectivity.umbrella.smoothed_locally(input, local, self.constraint, progress)
     }
 
     /// Estimates the surface from the vertices `input`, starting at `guess`. Returns the offset of each vertex from the
@@ -51,8 +55,9 @@ impl<'a> Problem<'a> {
         prior: &Prior,
         progress: &dyn Progress,
     ) -> Result<Vec<DVec3>, Cancelled> {
-        let unit = 1.0 / self.mean_edge;
-        let connectivity = self.connectivity;
+        let Self { connectivity, noise, .. } = *self;
+        let mean_edge = noise.mean_edge();
+        let unit = 1.0 / mean_edge;
         let input: Vec<DVec3> = input.iter().map(|p| *p * unit).collect();
         let mut offsets: Vec<DVec3> = guess.iter().zip(&input).map(|(x, p)| *x * unit - p).collect();
         offsets.iter_mut().enumerate().for_each(|(v, offset)| *offset = self.constraint.projected(v, *offset));
@@ -61,24 +66,26 @@ impl<'a> Problem<'a> {
         let mut positions = vec![DVec3::ZERO; input.len()];
         let mut normals = LinearisedNormals::default();
         let mut weights = HalfEdgeWeights::new(connectivity);
-        let data = 1.0 / (self.sigma * self.sigma);
+        let edges: Vec<f64> = connectivity.mesh.triangles.iter().map(|t| noise.edge_of(t) * unit).collect();
+        let data = DataWeights::of(noise, prior);
         let mut equations = NormalEquations::new(connectivity, self.constraint, data, prior);
         for round in 0..prior.rounds {
             progress.check()?;
             let slots = positions.par_iter_mut().zip(&input).zip(&unknowns.offsets);
             slots.for_each(|((x, p), offset)| *x = *p + offset);
-            normals.update(connectivity, &positions, MAX_GRADIENT);
+            normals.update(connectivity, &positions, |f| MAX_GRADIENT / edges[f]);
             let robust = RobustWeights::at_round(prior, round);
-            weights.update(connectivity, &normals, &positions, &unknowns.shape_operators, &robust);
+            let at = Configuration { normals: &normals, positions: &positions, edges: &edges };
+            weights.update(connectivity, &at, &unknowns.shape_operators, &robust);
             let ramp = f64::from(round) / (STIFFNESS_RAMP * f64::from(prior.rounds.max(2) - 1));
-            equations.set_tangential_weight(data * self.tangential_stiffness * ramp.min(1.0));
+            equations.set_tangential_share(ramp.min(1.0));
             let at = Linearisation { normals: &normals, weights: &weights, positions: &positions };
             equations.solve(&at, &mut unknowns, self.max_steps, progress)?;
         }
-        Ok(unknowns.offsets.into_iter().map(|offset| offset * self.mean_edge).collect())
+        Ok(unknowns.offsets.into_iter().map(|offset| offset * mean_edge).collect())
     }
 }
 
-/// Largest gradient of a normal with respect to a corner, 1/mean edge: that of a triangle whose height is a tenth of a mean
+/// Largest gradient of a normal with respect to a corner, 1/local edge: that of a triangle whose height is a tenth of such an
 /// edge. Normals of thinner triangles are not linear over a step anyway.
 const MAX_GRADIENT: f64 = 10.0;

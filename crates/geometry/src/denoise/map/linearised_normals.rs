@@ -18,15 +18,21 @@ pub(in crate::denoise) struct LinearisedNormals {
 }
 
 impl LinearisedNormals {
-    /// Linearises at `positions` (#V×3). Longer gradients |gₖ| than `max_gradient`, which are those of slivers, are shortened
-    /// to it, so that slivers do not outweigh all other triangles.
-    pub(in crate::denoise) fn update(&mut self, connectivity: &Connectivity, positions: &[DVec3], max_gradient: f64) {
+    /// Linearises at `positions` (#V×3). Longer gradients |gₖ| than `max_gradient` of the triangle, which are those of slivers,
+    /// are shortened to it, so that slivers do not outweigh all other triangles.
+    pub(in crate::denoise) fn update(
+        &mut self,
+        connectivity: &Connectivity,
+        positions: &[DVec3],
+        max_gradient: impl Fn(usize) -> f64 + Sync,
+    ) {
         let count = connectivity.mesh.face_count();
         self.normals.resize(count, DVec3::ZERO);
         self.gradients.resize(count, [DVec3::ZERO; 3]);
         self.areas.resize(count, 0.0);
         let slots = self.normals.par_iter_mut().zip(&mut self.gradients).zip(&mut self.areas);
-        slots.zip(&connectivity.mesh.triangles).with_min_len(CHUNK).for_each(|(((normal, gradients), area), t)| {
+        let all = slots.zip(&connectivity.mesh.triangles).enumerate().with_min_len(CHUNK);
+        all.for_each(|(f, (((normal, gradients), area), t))| {
             let [a, b, c] = t.map(|v| positions[v as usize]);
             let doubled = (b - a).cross(c - a);
             let length = doubled.length();
@@ -34,7 +40,7 @@ impl LinearisedNormals {
             *area = length / 2.0;
             *gradients = [c - b, a - c, b - a].map(|edge| {
                 let g = normal.cross(edge) / length;
-                if g.is_finite() { g.clamp_length_max(max_gradient) } else { DVec3::ZERO }
+                if g.is_finite() { g.clamp_length_max(max_gradient(f)) } else { DVec3::ZERO }
             });
         });
     }

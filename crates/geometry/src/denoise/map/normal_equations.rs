@@ -7,6 +7,7 @@ use super::symmetric::{HALF_ROOT, Symmetric};
 use crate::denoise::bilaplacian::BoundaryConstraint;
 use crate::denoise::conjugate_gradients::{CHUNK, ConjugateGradients, Stop, Vector, sum_in_order};
 use crate::denoise::connectivity::Connectivity;
+use crate::denoise::noise_field::NoiseField;
 use crate::mesh::jagged::Index;
 use crate::progress::{Cancelled, Progress};
 use glam::DVec3;
@@ -82,11 +83,11 @@ pub(super) struct NormalEquations<'a> {
 }
 
 impl<'a> NormalEquations<'a> {
-    /// Equations for data of weight `data` = 1/σ² (σ in mean edges).
+    /// Equations for data with these weights.
     pub(super) fn new(
         connectivity: &'a Connectivity,
         constraint: &'a BoundaryConstraint,
-        data: f64,
+        data: DataWeights,
         prior: &Prior,
     ) -> Self {
         let zero = Unknowns::zero(connectivity);
@@ -98,9 +99,9 @@ impl<'a> NormalEquations<'a> {
         }
     }
 
-    /// Sets the weight of the data term's tangential part beyond that of its normal part, for the rounds to come.
-    pub(super) fn set_tangential_weight(&mut self, weight: f64) {
-        self.operator.tangential = weight;
+    /// Sets how much of the tangential weights of the data counts in the rounds to come, 0..=1.
+    pub(super) fn set_tangential_share(&mut self, share: f64) {
+        self.operator.tangential_share = share;
     }
 
     /// Moves the unknowns towards the solution, in `max_steps` steps of conjugate gradients at most.
@@ -125,22 +126,41 @@ impl<'a> NormalEquations<'a> {
     }
 }
 
-/// Irregularity of the vertex spacing that meshes without noise have too, mean edges: lighter noise is no reason to even
+/// Irregularity of the vertex spacing that meshes without noise have too, local edges: lighter noise is no reason to even
 /// the vertices out.
 const TYPICAL_IRREGULARITY: f64 = 0.2;
+
+/// Weights of the terms at the vertices; lengths are in mean edges.
+pub(super) struct DataWeights {
+    /// Weight of the data in all directions, 1/σ². #V
+    all: Vec<f64>,
+    /// Weight of the data in tangential directions beyond `all`. #V
+    tangential: Vec<f64>,
+    /// Weight of the tangential umbrella, τ min(1/σ², 1/(h/5)²), with h the length of the local edges. #V
+    spread: Vec<f64>,
+}
+
+impl DataWeights {
+    pub(super) fn of(noise: &NoiseField, prior: &Prior) -> Self {
+        let mean_edge = noise.mean_edge();
+        let all: Vec<f64> = noise.sigma().map(|sigma| (mean_edge / sigma).powi(2)).collect();
+        let tangential = all.iter().zip(&noise.stiffness).map(|(weight, stiffness)| weight * stiffness).collect();
+        let least = |edge: f64| (mean_edge / (TYPICAL_IRREGULARITY * edge)).powi(2);
+        let spread =
+            all.iter().zip(&noise.edge).map(|(weight, edge)| prior.spread * weight.min(least(*edge))).collect();
+        Self { all, tangential, spread }
+    }
+}
 
 /// The quadratic form of the energy around a linearisation, applied without storing its matrix.
 struct Operator<'a> {
     connectivity: &'a Connectivity,
     constraint: &'a BoundaryConstraint,
-    /// Weight of the data, 1/σ².
-    data: f64,
-    /// Weight of the data in tangential directions beyond `data`.
-    tangential: f64,
+    data: DataWeights,
+    /// Fraction of the tangential weights of the data that counts.
+    tangential_share: f64,
     /// Weight of the shape operators themselves, 10⁻³ λ, which makes the system definite.
     ridge: f64,
-    /// Weight of the tangential umbrella, τ min(1/σ², 5²), σ in mean edges.
-    spread: f64,
     /// Unit normals at the point of linearisation. #V×3
     vertex_normals: Vec<DVec3>,
     /// Normal changes dn that go with the offsets. #T×3
@@ -155,15 +175,19 @@ struct Operator<'a> {
 type FaceChunk<'a> = (usize, (&'a mut [Symmetric], &'a mut [[f64; 3]]));
 
 impl<'a> Operator<'a> {
-    fn new(connectivity: &'a Connectivity, constraint: &'a BoundaryConstraint, data: f64, prior: &Prior) -> Self {
+    fn new(
+        connectivity: &'a Connectivity,
+        constraint: &'a BoundaryConstraint,
+        data: DataWeights,
+        prior: &Prior,
+    ) -> Self {
         let (vertices, faces) = (connectivity.corners.len(), connectivity.mesh.face_count());
         Self {
             connectivity,
             constraint,
             data,
-            tangential: 0.0,
+            tangential_share: 0.0,
             ridge: 1e-3 * prior.strength,
-            spread: prior.spread * data.min(TYPICAL_IRREGULARITY.powi(-2)),
             vertex_normals: Vec::new(),
             normal_changes: vec![DVec3::ZERO; faces],
             corner_forces: vec![[0.0; 3]; faces],
@@ -189,17 +213,17 @@ impl<'a> Operator<'a> {
 
     /// Inverse of an estimate of the diagonal of A.
     fn build_preconditioner(&self, at: &Linearisation, inverse: &mut InverseDiagonal) {
-        let Self { connectivity, data, tangential, ridge, spread, .. } = *self;
+        let Self { connectivity, ref data, tangential_share, ridge, .. } = *self;
         let weights = &at.weights.all;
         let of_face = |f: Index| weights[connectivity.half_edges.range(f)].iter().map(|w| w.normal_weight).sum::<f64>();
-        // Two of three directions are tangential, and the diagonal of UᵀU is little more than one.
-        let (data, spread) = (data + 0.67 * tangential, 0.7 * spread);
         inverse.vertices.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(v, inverse)| {
             let bending =
                 connectivity.corners.get(v as Index).iter().map(|&(f, k)| {
                     0.5 * of_face(f) * at.normals.gradients[f as usize][usize::from(k)].length_squared()
                 });
-            *inverse = 1.0 / (data + spread + bending.sum::<f64>());
+            // Two of three directions are tangential, and the diagonal of UᵀU is little more than one.
+            let of_data = data.all[v] + 0.67 * tangential_share * data.tangential[v] + 0.7 * data.spread[v];
+            *inverse = 1.0 / (of_data + bending.sum::<f64>());
         });
         inverse.faces.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(f, inverse)| {
             let half_edges = &weights[connectivity.half_edges.range(f as Index)];
@@ -269,24 +293,25 @@ impl<'a> Operator<'a> {
 
     /// Last term of the energy: weighted umbrella vectors of `x` (#V×3) without their parts along the normals.
     fn apply_tangential(&mut self, x: &[DVec3]) {
-        let Self { connectivity, spread, vertex_normals, umbrella_forces, .. } = self;
+        let Self { connectivity, data, vertex_normals, umbrella_forces, .. } = self;
         umbrella_forces.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(v, force)| {
             let umbrella = connectivity.umbrella.at(x, v);
             let n = vertex_normals[v];
-            *force = *spread * (umbrella - n * n.dot(umbrella));
+            *force = data.spread[v] * (umbrella - n * n.dot(umbrella));
         });
     }
 
     /// Rows of the vertices: the data term of `x` (#V×3), corner forces and umbrella forces. Returns the inner product of `x`
     /// and `out`.
     fn assemble_vertices(&self, at: &Linearisation, x: &[DVec3], out: &mut [DVec3]) -> f64 {
-        let Self { connectivity, constraint, data, tangential, vertex_normals, corner_forces, .. } = self;
+        let Self { connectivity, constraint, data, tangential_share, vertex_normals, corner_forces, .. } = self;
         let of_chunk = |(chunk, out): (usize, &mut [DVec3])| {
             let mut inner = 0.0;
             for (v, out) in (chunk * CHUNK..).zip(out) {
                 let in_plane = x[v].reject_from_normalized(vertex_normals[v]);
                 let umbrella = connectivity.umbrella.transposed_at(&self.umbrella_forces, v);
-                let mut product = *data * x[v] + *tangential * in_plane + umbrella;
+                let tangential = *tangential_share * data.tangential[v];
+                let mut product = data.all[v] * x[v] + tangential * in_plane + umbrella;
                 for &(f, k) in connectivity.corners.get(v as Index) {
                     product += corner_forces[f as usize][usize::from(k)] * at.normals.normals[f as usize];
                 }

@@ -69,8 +69,9 @@ fn expected(denoiser: &Denoiser) -> Expected {
         // No noise is found where there is none. On the sphere the prior for creases leaves 1.9° in noise of 0.1 and 1.6° in
         // noise of 0.2.
         Denoiser::Map(_) => Expected { left: [0.25, 0.12, 0.35], grows: 0.8, ..USUAL },
-        // On each surface the best of several priors and of linear smoothing is taken.
-        Denoiser::Auto(_) => Expected { left: [0.14, 0.1, 0.19], ..USUAL },
+        // On each surface the best of several priors and of linear smoothing is taken. Of what is left on the sphere, 0.9° in noise of
+        // 0.1 and 0.8° in noise of 0.2, a tenth is chance.
+        Denoiser::Auto(_) => Expected { left: [0.14, 0.1, 0.19], grows: 0.9, ..USUAL },
     }
 }
 

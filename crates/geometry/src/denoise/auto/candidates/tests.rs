@@ -1,6 +1,7 @@
 use super::*;
 use crate::denoise::bilaplacian::BoundaryConstraint;
 use crate::denoise::connectivity::Connectivity;
+use crate::denoise::noise_field::NoiseField;
 use crate::denoise::tests::{displaced, white_noise};
 use crate::mesh::shapes;
 use crate::progress::Silent;
@@ -13,7 +14,8 @@ fn linear(tangential_stiffness: f64) -> (Connectivity, Vec<DVec3>, Vec<DVec3>) {
     let clean = shapes::sphere(3);
     let noisy = displaced(&clean, &white_noise(&clean, 0.2, 4));
     let (connectivity, constraint) = (Connectivity::of(&noisy), BoundaryConstraint::default());
-    let problem = Problem { tangential_stiffness, ..Problem::new(&connectivity, &constraint, 0.2, noisy.mean_edge()) };
+    let noise = NoiseField::uniform(noisy.positions().len(), 0.2, noisy.mean_edge(), tangential_stiffness);
+    let problem = Problem::new(&connectivity, &constraint, &noise);
     let input = noisy.positions().to_vec();
     let offsets = Candidate::Linear.offsets(&problem, &input, &input, &Silent).unwrap();
     (connectivity, input, offsets)

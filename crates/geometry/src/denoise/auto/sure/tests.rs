@@ -31,14 +31,14 @@ impl Bench {
 
     fn estimator(&self) -> SureEstimator<'_> {
         let mut linear = LinearisedNormals::default();
-        linear.update(&self.connectivity, self.clean.positions(), f64::INFINITY);
-        let doubled_variance = 2.0 * self.sigma * self.sigma;
-        SureEstimator { connectivity: &self.connectivity, linear, doubled_variance, evaluated: &[] }
+        linear.update(&self.connectivity, self.clean.positions(), |_| f64::INFINITY);
+        let weights = vec![1.0; linear.areas.len()];
+        SureEstimator { connectivity: &self.connectivity, linear, weights, evaluated: &[] }
     }
 
-    /// Standard Gaussians along the normals. #V×3
+    /// White noise along the normals. #V×3, model units
     fn white(&self, seed: u64) -> Vec<DVec3> {
-        gaussians(self.normals.len(), seed).iter().zip(&self.normals).map(|(g, n)| g.x * *n).collect()
+        gaussians(self.normals.len(), seed).iter().zip(&self.normals).map(|(g, n)| self.sigma * g.x * *n).collect()
     }
 
     /// Half steps towards the mean of the neighbours.
@@ -52,7 +52,7 @@ impl Bench {
     /// (#V×3, model units).
     fn response(&self, steps: usize, seed: u64, probes: u64) -> (Response, Vec<DVec3>) {
         let noise = self.white(seed);
-        let noisy: Vec<DVec3> = self.clean.positions().iter().zip(&noise).map(|(p, e)| *p + self.sigma * *e).collect();
+        let noisy: Vec<DVec3> = self.clean.positions().iter().zip(&noise).map(|(p, e)| *p + *e).collect();
         let result = self.smooth(&noisy, steps);
         let offsets: Vec<DVec3> = result.iter().zip(&noisy).map(|(y, p)| *y - *p).collect();
         let probes: Vec<_> = (1..=probes).map(|k| self.white(10_000 * k + seed)).collect();
@@ -69,7 +69,7 @@ impl Bench {
     fn draw(&self, steps: usize, seed: u64, probes: u64) -> Draw {
         let (response, errors) = self.response(steps, seed, probes);
         // The constant that is the same for all results is the square of the noise.
-        let noise: Vec<DVec3> = self.white(seed).iter().map(|e| self.sigma * *e).collect();
+        let noise = self.white(seed);
         Draw { estimate: response.risks().iter().sum::<f64>() - self.squares(&noise), truth: self.squares(&errors) }
     }
 }

@@ -22,10 +22,11 @@ fn weights_are_those_of_the_robust_residuals() {
     let (x, mesh) = (unit.positions(), &connectivity.mesh);
     let shape_operators = vec![Symmetric::default(); mesh.face_count()];
     let mut linear = LinearisedNormals::default();
-    linear.update(&connectivity, x, f64::INFINITY);
+    linear.update(&connectivity, x, |_| f64::INFINITY);
     let mut weights = HalfEdgeWeights::new(&connectivity);
     let prior = Prior { rounds: 1, ..Prior::CREASES };
-    weights.update(&connectivity, &linear, x, &shape_operators, &RobustWeights::at_round(&prior, 0));
+    let at = Configuration { normals: &linear, positions: x, edges: &vec![1.0; mesh.face_count()] };
+    weights.update(&connectivity, &at, &shape_operators, &RobustWeights::at_round(&prior, 0));
     let kappa = prior.threshold;
     let centroid = |f: usize| mesh.triangles[f].iter().map(|&v| x[v as usize]).sum::<DVec3>() / 3.0;
     for f in 0..mesh.face_count() {

@@ -11,7 +11,7 @@ fn the_jacobian_is_the_derivative_of_the_normals() {
     let at = |step: f64| {
         let mut linear = LinearisedNormals::default();
         let moved: Vec<DVec3> = surface.positions().iter().zip(&offsets).map(|(p, d)| *p + step * *d).collect();
-        linear.update(&connectivity, &moved, f64::INFINITY);
+        linear.update(&connectivity, &moved, |_| f64::INFINITY);
         linear
     };
     let mut changes = vec![DVec3::ZERO; connectivity.mesh.face_count()];
@@ -29,8 +29,8 @@ fn no_gradient_is_longer_than_allowed() {
     let mut linear = LinearisedNormals::default();
     let longest =
         |linear: &LinearisedNormals| linear.gradients.iter().flatten().map(|g| g.length()).fold(0.0, f64::max);
-    linear.update(&connectivity, surface.positions(), f64::INFINITY);
+    linear.update(&connectivity, surface.positions(), |_| f64::INFINITY);
     let free = longest(&linear);
-    linear.update(&connectivity, surface.positions(), 0.5 * free);
+    linear.update(&connectivity, surface.positions(), |_| 0.5 * free);
     assert!((longest(&linear) / free - 0.5).abs() < 1e-12);
 }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::denoise::Boundary;
-use crate::denoise::map::edge_weights::RobustWeights;
+use crate::denoise::map::edge_weights::{Configuration, RobustWeights};
 use crate::denoise::noise_level::gaussians;
 use crate::denoise::tests::{displaced, white_noise};
 use crate::mesh::shapes;
@@ -36,10 +36,12 @@ impl Round {
         let unknowns = Self::random(&connectivity, &constraint, 0.1, 3);
         let positions = sum(surface.positions(), &unknowns.offsets);
         let mut linear = LinearisedNormals::default();
-        linear.update(&connectivity, &positions, f64::INFINITY);
+        linear.update(&connectivity, &positions, |_| f64::INFINITY);
         let mut weights = HalfEdgeWeights::new(&connectivity);
         let robust = RobustWeights::at_round(&Prior::default(), 6);
-        weights.update(&connectivity, &linear, &positions, &unknowns.shape_operators, &robust);
+        let edges = vec![1.0; connectivity.mesh.face_count()];
+        let at = Configuration { normals: &linear, positions: &positions, edges: &edges };
+        weights.update(&connectivity, &at, &unknowns.shape_operators, &robust);
         let vertex_normals = connectivity.vertex_normals(&positions);
         Self { connectivity, constraint, positions, vertex_normals, unknowns, linear, weights }
     }
@@ -68,9 +70,10 @@ impl Round {
     }
 
     fn equations(&self) -> NormalEquations<'_> {
-        let data = SIGMA.powi(-2);
+        let noise = NoiseField::uniform(self.positions.len(), SIGMA, 1.0, STIFFNESS);
+        let data = DataWeights::of(&noise, &Prior::default());
         let mut equations = NormalEquations::new(&self.connectivity, &self.constraint, data, &Prior::default());
-        equations.set_tangential_weight(STIFFNESS * data);
+        equations.set_tangential_share(1.0);
         equations.operator.vertex_normals.clone_from(&self.vertex_normals);
         equations
     }
@@ -133,7 +136,7 @@ impl Round {
     /// E of the normals that the triangles have.
     fn true_energy(&self, step: &Unknowns) -> f64 {
         let mut there = LinearisedNormals::default();
-        there.update(&self.connectivity, &sum(&self.positions, &step.offsets), f64::INFINITY);
+        there.update(&self.connectivity, &sum(&self.positions, &step.offsets), |_| f64::INFINITY);
         self.energy(step, &there.normals)
     }
 }

@@ -1,0 +1,427 @@
+//! Estimation of the noise of a mesh as a field: how much it is at each vertex, and what it is like.
+
+mod network;
+mod outliers;
+mod regions;
+mod rounding;
+mod samples;
+mod statistics;
+
+pub use samples::{RegionSample, samples};
+
+use super::connectivity::Connectivity;
+use super::noise_level::{self, gaussians};
+use crate::mesh::jagged::Index;
+use crate::mesh::surface::Surface;
+use crate::progress::{Cancelled, Progress};
+use glam::DVec3;
+use network::{Network, Reading};
+use rayon::prelude::*;
+use regions::Regions;
+use statistics::Statistics;
+
+/// Noise at each vertex of a mesh.
+#[derive(Clone)]
+pub(super) struct NoiseField {
+    /// Standard deviation of the noise along the normal, in lengths of the local edges; 0 where a vertex stays. #V
+    pub(super) relative: Vec<f64>,
+    /// Length of the local edges, model units. #V
+    pub(super) edge: Vec<f64>,
+    /// Weight of the data term's tangential part, on top of the weight 1 of all directions; 0 for isotropic noise. #V
+    pub(super) stiffness: Vec<f64>,
+    /// Number of lazy umbrella steps that make white noise as alike between neighbours as this noise is.
+    pub(super) correlation: usize,
+    /// Half a step of the grid to which the coordinates were rounded, where rounding is all the noise there is; infinite for other
+    /// axes, model units.
+    pub(super) half_step: DVec3,
+    /// Vertices that are no samples of the surface, and where their neighbours suggest that they belong. (vertex, model units)
+    pub(super) outliers: Vec<(Index, DVec3)>,
+    /// Fraction of the vertices in regions where nothing can be measured, 0..=1.
+    pub(super) unmeasured: f64,
+}
+
+/// Who says whether a mesh has noise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Verdict {
+    /// It has, all over, and each vertex its own.
+    White,
+    /// It has, all over.
+    Noisy,
+    /// It has none.
+    Clean,
+    /// The statistics of its regions say.
+    ByEvidence,
+}
+
+/// Least deviation by which data are weighed, local edges: that of positions which are as good as exact.
+const LEAST: f64 = 0.01;
+
+impl NoiseField {
+    /// The same noise at all vertices: a standard deviation of `relative` mean edges.
+    pub(super) fn uniform(count: usize, relative: f64, mean_edge: f64, stiffness: f64) -> Self {
+        Self {
+            relative: vec![relative; count],
+            edge: vec![mean_edge; count],
+            stiffness: vec![stiffness; count],
+            correlation: 0,
+            half_step: DVec3::INFINITY,
+            outliers: Vec::new(),
+            unmeasured: 0.0,
+        }
+    }
+
+    /// Estimates the noise of each vertex.
+    pub(super) fn measured(
+        surface: &Surface,
+        connectivity: &Connectivity,
+        verdict: Verdict,
+        progress: &dyn Progress,
+    ) -> Result<Self, Cancelled> {
+        let regions = Regions::of(surface.topology(), RINGS, LEAST_REGION);
+        let statistics = Statistics::of(surface, connectivity, &regions, progress)?;
+        let network = Network::built_in();
+        let readings: Vec<Option<Reading>> =
+            statistics.regions.par_iter().map(|s| s.as_ref().map(|s| network.read(s))).collect();
+        let noisy = noisy_regions(&regions, &readings, verdict);
+        let edges: Vec<f64> =
+            regions.vertices.iter().map(|members| log_mean(members, &statistics.local_edge)).collect();
+        let tails = log_excess_of_tails(&statistics.regions, &regions);
+        // What the finest band says is exact for white noise, and too little for noise that neighbours share.
+        let shared = |correlation: f64| match verdict {
+            Verdict::White => 0.0,
+            _ => ((correlation - SHARED[0]) / (SHARED[1] - SHARED[0])).clamp(0.0, 1.0),
+        };
+        let log_relative = |region: usize| {
+            let (statistics, reading) = (statistics.regions[region].as_ref()?, readings[region].as_ref()?);
+            let tail = tails[regions.component[region] as usize];
+            noisy[region].then_some(statistics[0] + tail.max(shared(reading.correlation) * reading.log_excess))
+        };
+        let relative: Vec<Option<f64>> = (0..readings.len()).map(log_relative).collect();
+        let of_region = shrunken(&relative, &edges, &regions);
+        let relative = spread(surface, &regions, &of_region, &statistics.local_edge);
+        let weights: Vec<f64> = of_region.iter().map(|l| if l.is_some() { 1.0 } else { 0.0 }).collect();
+        let correlation =
+            readings.iter().zip(&weights).filter_map(|(r, w)| r.as_ref().map(|r| (r.correlation * w, *w)));
+        let (sum, count) = correlation.fold((0.0, 0.0), |(a, b), (x, w)| (a + x, b + w));
+        let correlation = if count > 0.0 { sum / count } else { 0.0 };
+        let mut edge = statistics.local_edge;
+        let mean = mean(&edge);
+        edge.iter_mut().filter(|edge| !(**edge > 0.0)).for_each(|edge| *edge = mean);
+        let correlation = match verdict {
+            Verdict::White => 0,
+            _ => steps_of_correlation(surface, connectivity, correlation),
+        };
+        let stiffness = if correlation == 0 { stiffness(&statistics.regions, &regions) } else { vec![0.0; edge.len()] };
+        let unknown = regions.vertices.iter().zip(&readings).filter(|(_, reading)| reading.is_none());
+        let unmeasured = unknown.map(|(members, _)| members.len()).sum::<usize>() as f64 / relative.len().max(1) as f64;
+        let half_step = half_step(surface.positions(), &relative, &edge);
+        let outliers = outliers::outliers(surface, &statistics::local_edges(surface, surface.positions()));
+        let mut field = Self { relative, edge, stiffness, correlation, half_step, outliers, unmeasured };
+        let typical = field.typical();
+        if typical > 0.0 {
+            // Nothing holds an outlier but its neighbours.
+            field.outliers.iter().for_each(|&(v, _)| field.relative[v as usize] = typical.max(1.0));
+        }
+        Ok(field)
+    }
+
+    /// Fraction of the vertices that are noisy, 0..=1.
+    pub(super) fn noisy_fraction(&self) -> f64 {
+        self.relative.iter().filter(|s| **s > 0.0).count() as f64 / self.relative.len().max(1) as f64
+    }
+
+    /// Standard deviation by which the data of each vertex are weighed, model units. #V
+    pub(super) fn sigma(&self) -> impl Iterator<Item = f64> + '_ {
+        self.relative.iter().zip(&self.edge).map(|(relative, edge)| relative.max(LEAST) * edge)
+    }
+
+    /// Mean of the lengths of the local edges, model units.
+    pub(super) fn mean_edge(&self) -> f64 {
+        mean(&self.edge)
+    }
+
+    /// Length of the edges around a triangle, model units.
+    pub(super) fn edge_of(&self, triangle: &[Index; 3]) -> f64 {
+        triangle.iter().map(|&v| self.edge[v as usize]).sum::<f64>() / 3.0
+    }
+
+    /// Median of the deviations of the vertices that move, local edges; 0 if none does.
+    pub(super) fn typical(&self) -> f64 {
+        let mut moving: Vec<f64> = self.relative.iter().copied().filter(|s| *s > 0.0).collect();
+        moving.sort_unstable_by(f64::total_cmp);
+        moving.get(moving.len() / 2).copied().unwrap_or(0.0)
+    }
+
+    /// Median of the deviations across the normals of the vertices that move, local edges; 0 if none does.
+    pub(super) fn typical_across(&self) -> f64 {
+        let moving = self.relative.iter().zip(&self.stiffness).filter(|(s, _)| **s > 0.0);
+        let mut across: Vec<f64> = moving.map(|(s, stiffness)| s / (1.0 + stiffness).sqrt()).collect();
+        across.sort_unstable_by(f64::total_cmp);
+        across.get(across.len() / 2).copied().unwrap_or(0.0)
+    }
+
+    /// Noise that is `factor` times as large.
+    pub(super) fn scaled(mut self, factor: f64) -> Self {
+        self.relative.iter_mut().for_each(|relative| *relative *= factor);
+        self
+    }
+
+    /// Shortens offsets (#V×3, model units) that are longer than noise can be; returns the number of them.
+    pub(super) fn bound(&self, offsets: &mut [DVec3]) -> usize {
+        /// One vertex in two millions is farther off than this many standard deviations.
+        const LARGEST: f64 = 5.0;
+        let mut shortened = 0;
+        for ((offset, relative), edge) in offsets.iter_mut().zip(&self.relative).zip(&self.edge) {
+            let bounded = offset.clamp_length_max(LARGEST * relative * edge);
+            shortened += usize::from(bounded != *offset);
+            *offset = bounded.clamp(-self.half_step, self.half_step);
+        }
+        shortened
+    }
+
+    /// Noise of a part of the surface, whose vertices have these indices in the whole.
+    pub(super) fn of_part(&self, vertices: &[Index]) -> Self {
+        let pick = |all: &[f64]| vertices.iter().map(|&v| all[v as usize]).collect();
+        Self {
+            relative: pick(&self.relative),
+            edge: pick(&self.edge),
+            stiffness: pick(&self.stiffness),
+            correlation: self.correlation,
+            half_step: self.half_step,
+            outliers: Vec::new(),
+            unmeasured: self.unmeasured,
+        }
+    }
+
+    /// Strength μ of smoothing at each vertex, from its deviation in local edges. #V
+    pub(super) fn strengths(&self, of: impl Fn(f64) -> f64) -> Vec<f64> {
+        self.relative.iter().map(|&s| if s > 0.0 { of(s) } else { 0.0 }).collect()
+    }
+
+    /// A sample of the noise: signed lengths along the normals, model units. #V
+    pub(super) fn sample(&self, connectivity: &Connectivity, seed: u64) -> Vec<f64> {
+        let mut sample = gaussians(self.relative.len(), seed);
+        for _ in 0..self.correlation {
+            let umbrella = &connectivity.umbrella;
+            sample = (0..sample.len()).into_par_iter().map(|v| sample[v] - 0.5 * umbrella.at(&sample, v)).collect();
+        }
+        let squares: f64 = sample.iter().map(|g| g.length_squared()).sum();
+        let unit = (squares / (3.0 * sample.len() as f64)).sqrt();
+        sample.iter().zip(&self.relative).zip(&self.edge).map(|((g, s), edge)| g.x / unit * s * edge).collect()
+    }
+}
+
+/// Half the steps of rounded coordinates, where the noise is no larger than rounding makes it; infinite for other axes.
+fn half_step(positions: &[DVec3], relative: &[f64], edge: &[f64]) -> DVec3 {
+    /// Largest deviation over the step. That of rounding is 0.29.
+    const LARGEST: f64 = 0.45;
+    let mut sigma: Vec<f64> = relative.iter().zip(edge).map(|(s, h)| s * h).filter(|s| *s > 0.0).collect();
+    sigma.sort_unstable_by(f64::total_cmp);
+    let typical = sigma.get(sigma.len() / 2).copied().unwrap_or(0.0);
+    let half = rounding::steps(positions).map(|step| match step {
+        Some(step) if typical < LARGEST * step => 0.5 * step,
+        _ => f64::INFINITY,
+    });
+    DVec3::from_array(half)
+}
+
+/// Mean of the positive values; 0 without any.
+fn mean(values: &[f64]) -> f64 {
+    let (sum, count) = values.iter().filter(|x| **x > 0.0).fold((0.0, 0.0), |(sum, count), x| (sum + x, count + 1.0));
+    if count > 0.0 { sum / count } else { 0.0 }
+}
+
+/// Correlations between neighbours from which noise counts as shared, and as shared wholly: chance alone makes a tenth.
+const SHARED: [f64; 2] = [0.1, 0.4];
+
+/// Least distance between the middles of two regions, rings: a hundred vertices, from which a deviation is known to an eighth.
+const RINGS: u32 = 6;
+/// Least number of vertices of a region that has neighbours.
+const LEAST_REGION: usize = 40;
+
+/// Whether each region has noise. A component is noisy as a whole where its regions say so on average, and in parts where a
+/// quarter of them is sure; regions of which nothing is known go with their component.
+fn noisy_regions(regions: &Regions, readings: &[Option<Reading>], verdict: Verdict) -> Vec<bool> {
+    /// Evidence beyond which one region is as good as another.
+    const CERTAIN: f64 = 6.0;
+    if verdict != Verdict::ByEvidence {
+        return vec![verdict != Verdict::Clean; readings.len()];
+    }
+    let network = Network::built_in();
+    let components = regions.component.iter().max().map_or(0, |c| *c as usize + 1);
+    let mut evidence = vec![Vec::new(); components];
+    for (reading, component) in readings.iter().zip(&regions.component) {
+        evidence[*component as usize].extend(reading.map(|r| r.evidence.clamp(-CERTAIN, CERTAIN)));
+    }
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let least = |mut evidence: Vec<f64>| {
+        evidence.sort_unstable_by(|a, b| b.total_cmp(a));
+        let quarter = &evidence[..evidence.len().div_ceil(4)];
+        if evidence.is_empty() {
+            f64::INFINITY
+        } else if mean(&evidence) > network.component_threshold {
+            f64::NEG_INFINITY
+        } else if mean(quarter) > network.quarter_threshold {
+            network.component_threshold
+        } else {
+            f64::INFINITY
+        }
+    };
+    let least: Vec<f64> = evidence.into_iter().map(least).collect();
+    let is_noisy = |(reading, component): (&Option<Reading>, &Index)| {
+        let least = least[*component as usize];
+        reading.map_or(least == f64::NEG_INFINITY, |reading| reading.evidence > least)
+    };
+    readings.iter().zip(&regions.component).map(is_noisy).collect()
+}
+
+/// Logarithm of the deviation over what the median of the finest band says where few vertices are hit, one for each component. The
+/// tail of the band shows it; creases fill the tails of single regions even without noise, so the median over the regions counts.
+fn log_excess_of_tails(statistics: &[Option<[f64; statistics::COUNT]>], regions: &Regions) -> Vec<f64> {
+    /// Largest factor.
+    const MOST: f64 = 1.6;
+    let medians = medians_by_component(statistics, regions, statistics::TAIL);
+    medians
+        .into_iter()
+        .map(|tail| tail.map_or(0.0, |t| (t - statistics::TAIL_OF_GAUSSIAN).clamp(0.0, MOST.ln())))
+        .collect()
+}
+
+/// Median of a statistic over the regions of each component; `None` for one without regions that could be measured.
+fn medians_by_component(
+    statistics: &[Option<[f64; statistics::COUNT]>],
+    regions: &Regions,
+    index: usize,
+) -> Vec<Option<f64>> {
+    let components = regions.component.iter().max().map_or(0, |c| *c as usize + 1);
+    let mut values = vec![Vec::new(); components];
+    for (statistics, component) in statistics.iter().zip(&regions.component) {
+        values[*component as usize].extend(statistics.map(|s| s[index]));
+    }
+    let median = |mut values: Vec<f64>| {
+        values.sort_unstable_by(f64::total_cmp);
+        values.get(values.len() / 2).copied()
+    };
+    values.into_iter().map(median).collect()
+}
+
+/// Weight of the data term's tangential part at each vertex, from the median over its component of what the finest band is across
+/// and along the normals. #V
+fn stiffness(statistics: &[Option<[f64; statistics::COUNT]>], regions: &Regions) -> Vec<f64> {
+    let stiffness = |ratio: Option<f64>| ratio.map_or(0.0, |ratio| noise_level::tangential_stiffness(1.0, ratio.exp()));
+    let ratios = medians_by_component(statistics, regions, statistics::ACROSS);
+    let of_component: Vec<f64> = ratios.into_iter().map(stiffness).collect();
+    regions.of_vertex.iter().map(|&r| of_component[regions.component[r as usize] as usize]).collect()
+}
+
+/// Mean of the logarithms of the positive values at these vertices; 0 without any.
+fn log_mean(members: &[Index], values: &[f64]) -> f64 {
+    let logs = members.iter().map(|&v| values[v as usize]).filter(|x| *x > 0.0).map(f64::ln);
+    let (sum, count) = logs.fold((0.0, 0.0), |(sum, count), x| (sum + x, count + 1.0));
+    if count > 0.0 { sum / count } else { 0.0 }
+}
+
+/// Deviation of the noise in a region: its logarithm, and what it is the logarithm of.
+#[derive(Clone, Copy, Debug)]
+enum Level {
+    /// A length, model units, the same for short and long edges.
+    Absolute(f64),
+    /// A part of the local edges.
+    Relative(f64),
+}
+
+/// Deviation in each region that has noise. `relative` are their logarithms as they were measured, local edges, and `edges` the
+/// logarithms of these edges.
+///
+/// A region alone tells its deviation to an eighth, and creases add to it. So what differs little from the median of the component
+/// is taken to be the same there: either the same length or the same part of the local edges, whichever varies less.
+fn shrunken(relative: &[Option<f64>], edges: &[f64], regions: &Regions) -> Vec<Option<Level>> {
+    /// Differences of logarithms up to which regions are alike, and from which they certainly differ.
+    const ALIKE: [f64; 2] = [0.25, 0.6];
+    let components = regions.component.iter().max().map_or(0, |c| *c as usize + 1);
+    let mut members = vec![Vec::new(); components];
+    for (region, (relative, component)) in relative.iter().zip(&regions.component).enumerate() {
+        members[*component as usize].extend(relative.map(|_| region));
+    }
+    let mut out = vec![None; relative.len()];
+    for members in members.iter().filter(|members| !members.is_empty()) {
+        let of_edges: Vec<f64> = members.iter().filter_map(|&r| relative[r]).collect();
+        let lengths: Vec<f64> = members.iter().zip(&of_edges).map(|(&r, x)| x + edges[r]).collect();
+        let (middle_of_edges, spread_of_edges) = middle_and_spread(&of_edges);
+        let (middle, spread) = middle_and_spread(&lengths);
+        for ((&region, x), length) in members.iter().zip(&of_edges).zip(&lengths) {
+            let is_length = spread <= spread_of_edges;
+            let difference = if is_length { length - middle } else { x - middle_of_edges };
+            let certain = difference.abs().max(2.0 * spread.min(spread_of_edges));
+            let kept = ((certain - ALIKE[0]) / (ALIKE[1] - ALIKE[0])).clamp(0.0, 1.0);
+            let lost = (1.0 - kept) * difference;
+            out[region] = Some(if is_length { Level::Absolute(length - lost) } else { Level::Relative(x - lost) });
+        }
+    }
+    out
+}
+
+/// Median, and median of the absolute differences from it.
+fn middle_and_spread(values: &[f64]) -> (f64, f64) {
+    let median = |mut values: Vec<f64>| {
+        values.sort_unstable_by(f64::total_cmp);
+        values[values.len() / 2]
+    };
+    let middle = median(values.to_vec());
+    (middle, median(values.iter().map(|x| (x - middle).abs()).collect()))
+}
+
+/// Deviation at each vertex over its local edges, from the levels of the regions, evened out over a few rings; 0 where a region
+/// has none. #V
+fn spread(surface: &Surface, regions: &Regions, levels: &[Option<Level>], local_edge: &[f64]) -> Vec<f64> {
+    const ROUNDS: usize = 12;
+    let rings = surface.topology().rings();
+    let at = |region: &Index| match levels[*region as usize] {
+        Some(Level::Absolute(log) | Level::Relative(log)) => log,
+        None => f64::NEG_INFINITY,
+    };
+    let mut logs: Vec<f64> = regions.of_vertex.iter().map(at).collect();
+    for _ in 0..ROUNDS {
+        let even = |v: usize| {
+            if !logs[v].is_finite() {
+                return logs[v];
+            }
+            let around = rings.get(v as Index).iter().map(|&w| logs[w as usize]).filter(|l| l.is_finite());
+            let (sum, count) = around.fold((0.0, 0.0), |(sum, count), l| (sum + l, count + 1.0));
+            if count == 0.0 { logs[v] } else { 0.5 * (logs[v] + sum / count) }
+        };
+        logs = (0..logs.len()).into_par_iter().map(even).collect();
+    }
+    let relative = |v: usize| match levels[regions.of_vertex[v] as usize] {
+        Some(Level::Absolute(_)) if local_edge[v] > 0.0 => logs[v].exp() / local_edge[v],
+        Some(Level::Relative(_)) => logs[v].exp(),
+        _ => 0.0,
+    };
+    (0..logs.len()).map(relative).collect()
+}
+
+/// Number of lazy umbrella steps after which white noise on this mesh has the correlation between neighbours that is given.
+fn steps_of_correlation(surface: &Surface, connectivity: &Connectivity, correlation: f64) -> usize {
+    const MOST: usize = 24;
+    let edges = surface.topology().edges();
+    let mut x = gaussians(surface.positions().len(), 13);
+    let mut found = (f64::INFINITY, 0);
+    for steps in 0..=MOST {
+        let (mut product, mut square) = (0.0, 0.0);
+        for &[v, w] in edges {
+            let [a, b] = [x[v as usize], x[w as usize]];
+            product += a.dot(b);
+            square += 0.5 * (a.length_squared() + b.length_squared());
+        }
+        let gap = if square > 0.0 { (product / square - correlation).abs() } else { 0.0 };
+        if gap < found.0 {
+            found = (gap, steps);
+        }
+        let umbrella = &connectivity.umbrella;
+        x = (0..x.len()).into_par_iter().map(|v| x[v] - 0.5 * umbrella.at(&x, v)).collect();
+    }
+    found.1
+}
+
+#[cfg(test)]
+mod tests;

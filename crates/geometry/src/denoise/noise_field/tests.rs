@@ -1,0 +1,86 @@
+//! Laws of the noise estimate.
+
+use super::statistics::COUNT;
+use super::*;
+use crate::mesh::shapes;
+use crate::mesh::synthetic_noise::{self, Direction, Noise};
+use crate::progress::Silent;
+
+fn white(clean: &Surface, sigma: f64) -> Surface {
+    synthetic_noise::noisy(clean, &Noise { sigma, direction: Direction::Normal, share: 1.0, seed: 3 })
+}
+
+fn measured(surface: &Surface, verdict: Verdict) -> NoiseField {
+    NoiseField::measured(surface, &Connectivity::of(surface), verdict, &Silent).unwrap()
+}
+
+#[test]
+fn the_network_that_is_built_in_reads_statistics() {
+    let network = Network::built_in();
+    let reading = network.read(&[0.5; COUNT]);
+    assert!(reading.evidence.is_finite() && reading.correlation.is_finite() && reading.log_excess.is_finite());
+    assert!(network.component_threshold > 0.0 && network.quarter_threshold > network.component_threshold);
+}
+
+#[test]
+fn the_deviation_of_white_noise_is_found_in_every_unit() {
+    let clean = shapes::sphere(4);
+    for scale in [1e-3, 1.0, 1e4] {
+        let noisy = white(&clean, 0.2);
+        let scaled = noisy.at(noisy.positions().iter().map(|p| scale * *p).collect());
+        let noise = measured(&scaled, Verdict::ByEvidence);
+        // 2562 vertices: the median is known to 2 %. Edges of the smoothed mesh are a little shorter than those of the clean one.
+        assert!((noise.typical() / 0.2 - 1.0).abs() < 0.12, "{scale}: {}", noise.typical());
+        assert!(noise.noisy_fraction() == 1.0 && noise.correlation == 0, "{scale}");
+    }
+}
+
+#[test]
+fn noise_of_a_half_is_measured_there() {
+    let clean = shapes::sphere(5);
+    let noisy = white(&clean, 0.3);
+    let half = |(p, q): (&DVec3, &DVec3)| if p.z > 0.0 { *q } else { *p + (*q - *p) * 0.2 };
+    let uneven = clean.at(clean.positions().iter().zip(noisy.positions()).map(half).collect());
+    let noise = measured(&uneven, Verdict::Noisy);
+    let mean = |inside: &dyn Fn(f64) -> bool| {
+        let all = clean.positions().iter().zip(&noise.relative).filter(|(p, _)| inside(p.z)).map(|(_, s)| *s);
+        let (sum, count) = all.fold((0.0, 0.0), |(sum, count), s| (sum + s, count + 1.0));
+        sum / count
+    };
+    let (loud, quiet) = (mean(&|z| z > 0.3), mean(&|z| z < -0.3));
+    assert!((loud / 0.3 - 1.0).abs() < 0.15 && (quiet / 0.06 - 1.0).abs() < 0.3, "{loud} {quiet}");
+}
+
+#[test]
+fn samples_of_shared_noise_are_alike_between_neighbours() {
+    let sphere = shapes::sphere(4);
+    let connectivity = Connectivity::of(&sphere);
+    let alike = |correlation: usize| {
+        let noise = NoiseField { correlation, ..NoiseField::uniform(sphere.positions().len(), 0.2, 1.0, 0.0) };
+        let sample = noise.sample(&connectivity, 5);
+        let rms = (sample.iter().map(|x| x * x).sum::<f64>() / sample.len() as f64).sqrt();
+        assert!((rms / 0.2 - 1.0).abs() < 0.1, "{rms}");
+        let products = sphere.topology().edges().iter().map(|e| sample[e[0] as usize] * sample[e[1] as usize]);
+        products.sum::<f64>() / (sphere.topology().edges().len() as f64 * rms * rms)
+    };
+    assert!(alike(0).abs() < 0.05 && alike(1) > 0.2 && alike(8) > alike(1) + 0.2);
+}
+
+#[test]
+fn no_offset_is_longer_than_five_deviations() {
+    let noise = NoiseField { relative: vec![0.0, 0.1, 0.1], ..NoiseField::uniform(3, 0.1, 2.0, 0.0) };
+    let mut offsets = vec![DVec3::X, DVec3::new(0.0, 0.9, 0.0), DVec3::new(0.0, 0.0, 30.0)];
+    assert_eq!(noise.bound(&mut offsets), 2);
+    assert!(offsets[0] == DVec3::ZERO && offsets[1].y == 0.9 && (offsets[2].z - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn every_vertex_has_a_region_and_regions_are_of_one_component() {
+    let ball = shapes::sphere(4);
+    let regions = Regions::of(ball.topology(), RINGS, LEAST_REGION);
+    assert_eq!(regions.vertices.items().len(), ball.positions().len());
+    for (region, members) in regions.vertices.iter().enumerate() {
+        assert!(members.len() >= LEAST_REGION);
+        assert!(members.iter().all(|&v| regions.of_vertex[v as usize] as usize == region));
+    }
+}
