@@ -106,7 +106,7 @@ impl NoiseField {
         let correlation = if count > 0.0 { sum / count } else { 0.0 };
         let mut edge = statistics.local_edge;
         let mean = mean(&edge);
-        edge.iter_mut().filter(|edge| !(**edge > 0.0)).for_each(|edge| *edge = mean);
+        edge.iter_mut().filter(|edge| edge.is_nan() || **edge <= 0.0).for_each(|edge| *edge = mean);
         let correlation = match verdict {
             Verdict::White => 0,
             _ => steps_of_correlation(surface, connectivity, correlation),

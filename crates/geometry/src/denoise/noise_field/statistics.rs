@@ -204,13 +204,15 @@ fn own(
     let edge = (regular.iter().map(|&v| local_edge[v].ln()).sum::<f64>() / regular.len() as f64).exp();
     let mut out = Vec::with_capacity(OWN);
     let mut quantiles = Vec::new();
-    let mut unit = [0.0; BANDS];
-    for k in 0..BANDS {
+    let response = |k: usize| {
         let white: f64 = regular.iter().map(|&v| bands.white[k][v].length_squared()).sum();
-        unit[k] = (white / (3.0 * regular.len() as f64)).sqrt();
-        let values = sorted(regular.iter().map(|&v| bands.normal[k][v].abs() / local_edge[v]));
+        (white / (3.0 * regular.len() as f64)).sqrt()
+    };
+    let unit: [f64; BANDS] = std::array::from_fn(response);
+    for (k, (unit, band)) in unit.iter().zip(&bands.normal).enumerate() {
+        let values = sorted(regular.iter().map(|&v| band[v].abs() / local_edge[v]));
         let median = quantile(&values, 0.5);
-        out.push(log(median / (0.6745 * unit[k])));
+        out.push(log(median / (0.6745 * unit)));
         if k < SHAPED {
             quantiles.push(log(quantile(&values, 0.9) / median.max(1e-12)));
             quantiles.push(log(quantile(&values, 0.25) / median.max(1e-12)));
