@@ -136,21 +136,21 @@ impl Denoiser {
         surface: &Surface,
         progress: &dyn Progress,
     ) -> Result<(Vec<DVec3>, Option<auto::DenoiseChoice>), Cancelled> {
+        let turned = orientation::turned_faces(surface.topology());
+        let oriented = turned.map(|turned| {
+            // Which way a face was wound says nothing of where its vertices are.
+            Surface::new(orientation::with_turned(surface.topology(), &turned), surface.positions().to_vec())
+        });
+        let surface = oriented.as_ref().unwrap_or(surface);
         if self.motion() == Some(Motion::AlongNormal) {
             let (free, choice) = self.freed().run(surface, progress)?;
             return Ok((HeightField::best(surface, &free, progress)?.0.deltas(), choice));
         }
         progress.stage("denoising");
-        if let Some(turned) = orientation::turned_faces(surface.topology()) {
-            // Which way a face was wound says nothing of where its vertices are.
-            let oriented =
-                Surface::new(orientation::with_turned(surface.topology(), &turned), surface.positions().to_vec());
-            return rayon::scope(|_| self.choose(&oriented, progress));
-        }
         // From a thread outside the pool each parallel loop would be handed over and waited for asleep.
         rayon::scope(|_| self.choose(surface, progress))
     }
-    /// Where the vertices of this method may go; `None` for a method without such a setting.
+    /// Motion that this method allows its vertices; `None` for a method without such a setting.
     pub fn motion(&self) -> Option<Motion> {
         self.clone().motion_mut().copied()
     }

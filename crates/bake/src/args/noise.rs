@@ -121,7 +121,7 @@ pub(crate) struct NoiseRequest {
 const CLEAN: &str = "clean";
 
 impl NoiseRequest {
-    /// All kinds with their own settings, and clean meshes.
+    /// Every kind of noise with its usual settings, and clean meshes without any.
     pub(crate) fn every() -> Vec<Self> {
         let kinds = SyntheticKind::ALL.into_iter().map(Some).chain([None]);
         kinds.map(|kind| Self { kind, sigma: None }).collect()

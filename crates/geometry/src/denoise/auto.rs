@@ -96,7 +96,7 @@ pub(super) const PARAMETERS: &[Parameter] = &[
 impl DenoiseMethod for Auto {
     const INFO: MethodInfo = MethodInfo {
         name: "auto",
-        summary: "Measures the noise, tries several methods and blends the best; leaves clean meshes unchanged",
+        summary: "Measures the noise, tries several methods and blends the best; leaves alone what shows none",
         reference: None,
         parameters: &[PARAMETERS],
     };
@@ -180,16 +180,25 @@ impl fmt::Display for DenoiseChoice {
         if self.noisy > 0.0 && self.noisy < 0.95 {
             write!(f, " on {:.0} % of the surface", 100.0 * self.noisy)?;
         }
-        match self.outliers {
-            0 => {}
-            1 => write!(f, ", one spike")?,
-            n => write!(f, ", {n} spikes")?,
+        if self.unmeasured > 0.0 && (self.kind != Kind::None || self.unmeasured <= 0.5) {
+            // Less than one per cent is still something that nothing is known of.
+            write!(f, ", not measured on {:.0} % of the surface", (100.0 * self.unmeasured).max(1.0))?;
         }
         if matches!(self.kind, Kind::Independent | Kind::Uneven) && self.tangential_sigma < self.sigma {
             write!(f, ", at most {:.3} across the normals", self.tangential_sigma)?;
         }
+        let spikes = match self.outliers {
+            1 => "one spike".to_owned(),
+            n => format!("{n} spikes"),
+        };
         if let [CandidateShare { candidate: Candidate::Stay, .. }] = self.candidates[..] {
-            return write!(f, ": left alone");
+            return match self.outliers {
+                0 => write!(f, ": left alone"),
+                _ => write!(f, ": {spikes} removed, all else left alone"),
+            };
+        }
+        if self.outliers > 0 {
+            write!(f, ", {spikes}")?;
         }
         let mut separator = ": ";
         // Smaller shares would be printed as 0 %.
@@ -201,7 +210,7 @@ impl fmt::Display for DenoiseChoice {
     }
 }
 
-/// Deviation, mean edges, from which noise is heavy. In heavy noise the normals used for the tangential term are themselves
+/// Deviation, local edges, from which noise is heavy. In heavy noise the normals used for the tangential term are themselves
 /// wrong, so results depend nonlinearly on the noise and the risk comes out too low. Candidates are then ranked without that
 /// term: their order is the same.
 const HEAVY_NOISE: f64 = 0.4;
@@ -220,7 +229,10 @@ pub fn choose(
     let connectivity = Connectivity::of(surface);
     let level = NoiseEstimate::of(surface, &connectivity, progress)?;
     let (kind, measured) = assumed_noise(surface, &connectivity, settings, &level, progress)?;
-    let noise = measured.scaled(settings.strength);
+    let mut noise = measured.scaled(settings.strength);
+    if settings.candidates.as_ref().is_some_and(|told| told.iter().all(|candidate| *candidate == Candidate::Stay)) {
+        noise.outliers.clear();
+    }
     let suited = match noise.correlation {
         // How alike the noise is between neighbours is not known, so that no risk can be estimated.
         0 if kind == Kind::Correlated => vec![Candidate::Flat],

@@ -96,6 +96,11 @@ impl Umbrella {
 }
 
 impl Umbrella {
+    /// One lazy umbrella step: each vector of `x` (#V×3) moves half way to the mean of its neighbours.
+    pub(super) fn lazy_step(&self, x: &[DVec3]) -> Vec<DVec3> {
+        (0..x.len()).into_par_iter().with_min_len(CHUNK).map(|v| x[v] - 0.5 * self.at(x, v)).collect()
+    }
+
     /// Minimises Σ |xᵥ − x⁰ᵥ|² / (μᵥ hᵥ²) + Σ |(U x)ᵥ|² / hᵥ², with a strength μ and a length h of the local edges for each
     /// vertex: the smoothing of [`Self::smoothed`] with strengths that vary. Vertices with μ = 0 stay. #V×3, model units
     pub(super) fn smoothed_locally(

@@ -89,8 +89,7 @@ impl Connectivity {
     fn smoothed_normals(&self, positions: &[DVec3]) -> Vec<DVec3> {
         let mut normals = self.vertex_normals(positions);
         for _ in 0..2 {
-            let mean = |v: usize| (normals[v] - 0.5 * self.umbrella.at(&normals, v)).normalize_or_zero();
-            normals = (0..normals.len()).into_par_iter().map(mean).collect();
+            normals = self.umbrella.lazy_step(&normals).into_iter().map(DVec3::normalize_or_zero).collect();
         }
         normals
     }
@@ -161,5 +160,26 @@ mod tests {
         };
         assert_eq!(kept(0.1), DVec3::ZERO);
         assert_eq!(kept(0.3), -offsets[moved]);
+    }
+
+    #[test]
+    fn triangles_that_were_turned_over_unfold_in_heavy_noise_and_stay_in_light_noise() {
+        let flat = shapes::grid(8);
+        let connectivity = Connectivity::of(&flat);
+        let moved = flat.positions().iter().position(|p| (*p - DVec3::new(0.5, 0.5, 0.0)).length() < 1e-9).unwrap();
+        let mut folded = flat.positions().to_vec();
+        folded[moved] += DVec3::new(0.2, 0.03, 0.0);
+        let turned = |offsets: &[DVec3]| {
+            let at: Vec<DVec3> = folded.iter().zip(offsets).map(|(p, offset)| *p + *offset).collect();
+            connectivity.mesh.triangles.iter().filter(|t| doubled_area(t, &at).z <= 0.0).count()
+        };
+        let unfolded = |sigma: f64| {
+            let mut offsets = vec![DVec3::ZERO; folded.len()];
+            connectivity.unfold(&folded, &mut offsets, &NoiseField::uniform(folded.len(), sigma, 0.125, 0.0));
+            offsets
+        };
+        let still = vec![DVec3::ZERO; folded.len()];
+        assert!(turned(&still) > 0 && turned(&unfolded(0.3)) == 0, "{}", turned(&unfolded(0.3)));
+        assert_eq!(unfolded(0.1), still);
     }
 }

@@ -11,7 +11,7 @@ mod statistics;
 pub use samples::{RegionSample, samples};
 
 use super::connectivity::Connectivity;
-use super::noise_level::{self, gaussians};
+use super::noise_level::{self, gaussians, median};
 use crate::mesh::jagged::Index;
 use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};
@@ -45,13 +45,13 @@ pub(super) struct NoiseField {
 /// Who says whether a mesh has noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Verdict {
-    /// It has, all over, and each vertex its own.
+    /// The mesh has noise all over, and each vertex its own.
     White,
-    /// It has, all over.
+    /// The mesh has noise all over, of whatever kind.
     Noisy,
-    /// It has none.
+    /// The mesh has no noise.
     Clean,
-    /// The statistics of its regions say.
+    /// The statistics of the regions decide, region by region.
     ByEvidence,
 }
 
@@ -59,7 +59,7 @@ pub(super) enum Verdict {
 const LEAST: f64 = 0.01;
 
 impl NoiseField {
-    /// The same noise at all vertices: a standard deviation of `relative` mean edges.
+    /// Noise that is the same at all vertices: a standard deviation of `relative` mean edges.
     pub(super) fn uniform(count: usize, relative: f64, mean_edge: f64, stiffness: f64) -> Self {
         Self {
             relative: vec![relative; count],
@@ -149,21 +149,20 @@ impl NoiseField {
 
     /// Median of the deviations of the vertices that move, local edges; 0 if none does.
     pub(super) fn typical(&self) -> f64 {
-        let mut moving: Vec<f64> = self.relative.iter().copied().filter(|s| *s > 0.0).collect();
-        moving.sort_unstable_by(f64::total_cmp);
-        moving.get(moving.len() / 2).copied().unwrap_or(0.0)
+        median(self.relative.iter().copied().filter(|s| *s > 0.0).collect())
     }
 
     /// Median of the deviations across the normals of the vertices that move, local edges; 0 if none does.
     pub(super) fn typical_across(&self) -> f64 {
         let moving = self.relative.iter().zip(&self.stiffness).filter(|(s, _)| **s > 0.0);
-        let mut across: Vec<f64> = moving.map(|(s, stiffness)| s / (1.0 + stiffness).sqrt()).collect();
-        across.sort_unstable_by(f64::total_cmp);
-        across.get(across.len() / 2).copied().unwrap_or(0.0)
+        median(moving.map(|(s, stiffness)| s / (1.0 + stiffness).sqrt()).collect())
     }
 
-    /// Noise that is `factor` times as large.
+    /// Noise that is `factor` times as large. Without any, outliers are left alone, too.
     pub(super) fn scaled(mut self, factor: f64) -> Self {
+        if factor == 0.0 {
+            self.outliers.clear();
+        }
         self.relative.iter_mut().for_each(|relative| *relative *= factor);
         self
     }
@@ -174,9 +173,9 @@ impl NoiseField {
         const LARGEST: f64 = 5.0;
         let mut shortened = 0;
         for ((offset, relative), edge) in offsets.iter_mut().zip(&self.relative).zip(&self.edge) {
-            let bounded = offset.clamp_length_max(LARGEST * relative * edge);
+            let bounded = offset.clamp_length_max(LARGEST * relative * edge).clamp(-self.half_step, self.half_step);
             shortened += usize::from(bounded != *offset);
-            *offset = bounded.clamp(-self.half_step, self.half_step);
+            *offset = bounded;
         }
         shortened
     }
@@ -204,8 +203,7 @@ impl NoiseField {
     pub(super) fn sample(&self, connectivity: &Connectivity, seed: u64) -> Vec<f64> {
         let mut sample = gaussians(self.relative.len(), seed);
         for _ in 0..self.correlation {
-            let umbrella = &connectivity.umbrella;
-            sample = (0..sample.len()).into_par_iter().map(|v| sample[v] - 0.5 * umbrella.at(&sample, v)).collect();
+            sample = connectivity.umbrella.lazy_step(&sample);
         }
         let squares: f64 = sample.iter().map(|g| g.length_squared()).sum();
         let unit = (squares / (3.0 * sample.len() as f64)).sqrt();
@@ -217,9 +215,7 @@ impl NoiseField {
 fn half_step(positions: &[DVec3], relative: &[f64], edge: &[f64]) -> DVec3 {
     /// Largest deviation over the step. That of rounding is 0.29.
     const LARGEST: f64 = 0.45;
-    let mut sigma: Vec<f64> = relative.iter().zip(edge).map(|(s, h)| s * h).filter(|s| *s > 0.0).collect();
-    sigma.sort_unstable_by(f64::total_cmp);
-    let typical = sigma.get(sigma.len() / 2).copied().unwrap_or(0.0);
+    let typical = median(relative.iter().zip(edge).map(|(s, h)| s * h).filter(|s| *s > 0.0).collect());
     let half = rounding::steps(positions).map(|step| match step {
         Some(step) if typical < LARGEST * step => 0.5 * step,
         _ => f64::INFINITY,
@@ -300,11 +296,7 @@ fn medians_by_component(
     for (statistics, component) in statistics.iter().zip(&regions.component) {
         values[*component as usize].extend(statistics.map(|s| s[index]));
     }
-    let median = |mut values: Vec<f64>| {
-        values.sort_unstable_by(f64::total_cmp);
-        values.get(values.len() / 2).copied()
-    };
-    values.into_iter().map(median).collect()
+    values.into_iter().map(|values| (!values.is_empty()).then(|| median(values))).collect()
 }
 
 /// Weight of the data term's tangential part at each vertex, from the median over its component of what the finest band is across
@@ -333,8 +325,7 @@ fn steps_of_correlation(surface: &Surface, connectivity: &Connectivity, correlat
         if gap < found.0 {
             found = (gap, steps);
         }
-        let umbrella = &connectivity.umbrella;
-        x = (0..x.len()).into_par_iter().map(|v| x[v] - 0.5 * umbrella.at(&x, v)).collect();
+        x = connectivity.umbrella.lazy_step(&x);
     }
     found.1
 }

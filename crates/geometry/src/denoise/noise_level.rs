@@ -271,7 +271,7 @@ fn deviations(absolute: &[f64]) -> (f64, f64) {
 const RAYLEIGH_MEDIAN: f64 = 1.1774;
 
 /// Median of the values; 0 without any.
-fn median(mut values: Vec<f64>) -> f64 {
+pub(super) fn median(mut values: Vec<f64>) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }

@@ -1,4 +1,4 @@
-//! Faces of one orientation.
+//! Consistent orientation of faces: which of them to turn around so that neighbours agree about the outside.
 
 use super::jagged::{Index, Ragged};
 use super::topology::{EdgeKind, Topology};
@@ -50,7 +50,7 @@ pub fn turned_faces(topology: &Topology) -> Option<Vec<bool>> {
     Some(turned.into_iter().map(|t| t == Some(true)).collect())
 }
 
-/// The topology with some faces turned around.
+/// Returns the topology with these faces (#F) turned around.
 pub fn with_turned(topology: &Topology, turned: &[bool]) -> Topology {
     let face = |(face, turned): (&[Index], &bool)| {
         let mut corners = face.to_vec();

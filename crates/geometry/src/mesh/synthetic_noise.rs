@@ -44,7 +44,7 @@ use rand_chacha::ChaCha8Rng;
 /// Displacement that leaves a position as it is, bit for bit: −0 is the neutral element of addition, because −0 + 0 is 0.
 const STILL: DVec3 = DVec3::splat(-0.0);
 
-/// What noise makes of a surface.
+/// Result of adding noise to a surface.
 #[derive(Clone, Debug)]
 pub enum Disturbed {
     /// The noise moves the vertices: displacements dᵢ, which are to be added to the positions; zero where nothing moves. #V×3,

@@ -220,6 +220,9 @@ fn a_spike_goes_to_its_neighbours_and_these_stay() {
     let (deltas, choice) = choose(&spiky, &Auto::default(), &Silent).unwrap();
     let moved: Vec<usize> = (0..deltas.len()).filter(|&v| deltas[v] != DVec3::ZERO).collect();
     assert!(moved == [77] && choice.outliers == 1, "{moved:?} {choice}");
+    assert!(choice.to_string().ends_with(": one spike removed, all else left alone"), "{choice}");
+    let (none, _) = choose(&spiky, &Auto { strength: 0.0, ..Auto::default() }, &Silent).unwrap();
+    assert!(none.iter().all(|d| *d == DVec3::ZERO));
     assert!((spiky.positions()[77] - deltas[77]).distance(clean.positions()[77]) < 0.2 * clean.mean_edge());
 }
 

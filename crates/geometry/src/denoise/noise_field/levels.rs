@@ -1,6 +1,7 @@
 //! Levels of the noise: from one figure for each region to a deviation at each vertex.
 
 use super::regions::Regions;
+use crate::denoise::noise_level::median;
 use crate::mesh::jagged::Index;
 use crate::mesh::surface::Surface;
 use rayon::prelude::*;
@@ -54,10 +55,6 @@ pub(super) fn shrunken(relative: &[Option<f64>], edges: &[f64], regions: &Region
 
 /// Median, and median of the absolute differences from it.
 fn middle_and_spread(values: &[f64]) -> (f64, f64) {
-    let median = |mut values: Vec<f64>| {
-        values.sort_unstable_by(f64::total_cmp);
-        values[values.len() / 2]
-    };
     let middle = median(values.to_vec());
     (middle, median(values.iter().map(|x| (x - middle).abs()).collect()))
 }

@@ -1,13 +1,13 @@
 //! A small network that reads the statistics of a region: how much noise there is, and what it is like.
 //!
-//! It was fitted to clean meshes with noise of many kinds, on regions of shapes that were not among those it is tested on
-//! (see `training/noise_field`). Its weights are in `network.json`.
+//! The network was fitted to clean meshes with synthetic noise of many kinds by the commands in `training/README.md` of this crate.
+//! Its weights are in `network.json`.
 
 use super::statistics::COUNT;
 use serde::Deserialize;
 use std::sync::OnceLock;
 
-/// What the network says of one region.
+/// Reading of one region by the network.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reading {
     /// Natural logarithm of the standard deviation along the normal over what the finest band alone says.

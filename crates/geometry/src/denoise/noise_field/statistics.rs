@@ -26,7 +26,7 @@ const CORRELATED: usize = 3;
 pub(super) const OWN: usize = BANDS + 2 * SHAPED + CORRELATED + 9;
 /// Index of the logarithm of the ninth decile of the finest band over its median.
 pub(super) const TAIL: usize = BANDS;
-/// That logarithm for a Gaussian: ln(Φ⁻¹(0.95) / Φ⁻¹(0.75)).
+/// Logarithm of the ninth decile over the median of the absolute values of a Gaussian: ln(Φ⁻¹(0.95) / Φ⁻¹(0.75)).
 pub(super) const TAIL_OF_GAUSSIAN: f64 = 0.8915;
 /// Index of the logarithm of what the finest band is across the normals over what it is along them.
 pub(super) const ACROSS: usize = BANDS + 2 * SHAPED + CORRELATED;
@@ -93,12 +93,7 @@ fn smoothings(connectivity: &Connectivity, x: &[DVec3]) -> Vec<Vec<DVec3>> {
     let mut steps = 0;
     for target in STEPS {
         while steps < target {
-            let umbrella = &connectivity.umbrella;
-            now = (0..now.len())
-                .into_par_iter()
-                .with_min_len(1024)
-                .map(|v| now[v] - 0.5 * umbrella.at(&now, v))
-                .collect();
+            now = connectivity.umbrella.lazy_step(&now);
             steps += 1;
         }
         all.push(now.clone());
@@ -146,7 +141,7 @@ pub(super) fn local_edges(surface: &Surface, positions: &[DVec3]) -> Vec<f64> {
 }
 
 /// Angles between the two faces of each edge that has two, by vertex, radians.
-fn edge_angles(surface: &Surface, connectivity: &Connectivity) -> EdgeAngles {
+fn edge_angles(surface: &Surface, connectivity: &Connectivity) -> Ragged<f64> {
     let positions = surface.positions();
     let mesh = &connectivity.mesh;
     let normal = |t: &[Index; 3]| {
@@ -160,7 +155,7 @@ fn edge_angles(surface: &Surface, connectivity: &Connectivity) -> EdgeAngles {
     };
     let angles: Vec<f64> = mesh.edge_faces.iter().map(angle).collect();
     let ends = mesh.edge_vertices.iter().zip(&angles).flat_map(|(&[v, w], &angle)| [(v, angle), (w, angle)]);
-    EdgeAngles(Ragged::group(positions.len(), ends))
+    Ragged::group(positions.len(), ends)
 }
 
 /// A value at a fraction of the sorted values; 0 without any.
@@ -187,7 +182,7 @@ fn own(
     region: usize,
     bands: &Bands,
     local_edge: &[f64],
-    angles: &EdgeAngles,
+    angles: &Ragged<f64>,
 ) -> Option<[f64; OWN]> {
     /// Number of values from which quantiles mean something.
     const LEAST: usize = 12;
@@ -241,7 +236,7 @@ fn own(
     }
     let across = quantile(&sorted(regular.iter().map(|&v| bands.tangential[v] / local_edge[v])), 0.5);
     out.push(log(across / (1.1774 * unit[0])) - out[0]);
-    let of_region = sorted(members.iter().flat_map(|&v| angles.at(v)));
+    let of_region = sorted(members.iter().flat_map(|&v| angles.get(v).iter().copied()));
     out.push(log(quantile(&of_region, 0.5)));
     out.push(log(quantile(&of_region, 0.9) / quantile(&of_region, 0.5).max(1e-6)));
     let lengths: Vec<f64> = neighbours()
@@ -261,16 +256,6 @@ fn own(
     out.try_into().ok()
 }
 
-/// Angles between faces, by vertex.
-struct EdgeAngles(Ragged<f64>);
-
-impl EdgeAngles {
-    /// Angles of the edges around a vertex, radians.
-    fn at(&self, vertex: Index) -> impl Iterator<Item = f64> + '_ {
-        self.0.get(vertex).iter().copied()
-    }
-}
-
 /// Standard deviation over the mean; 0 without any values.
 fn variation(values: &[f64]) -> f64 {
     let count = values.len() as f64;
@@ -282,10 +267,12 @@ fn variation(values: &[f64]) -> f64 {
 /// Adds to each region what its component is like.
 fn with_context(own: &[Option<[f64; OWN]>], regions: &Regions) -> Vec<Option<[f64; COUNT]>> {
     let components = regions.component.iter().max().map_or(0, |c| *c as usize + 1);
+    // Grouped once: a mesh whose triangles share no vertices has as many components as triangles.
+    let members = Ragged::group(components, regions.component.iter().zip(0..).map(|(&c, region)| (c, region)));
     let context = |component: usize| -> [f64; CONTEXT] {
         let of = |k: usize| {
-            let inside = own.iter().zip(&regions.component).filter(|(_, c)| **c as usize == component);
-            sorted(inside.filter_map(|(own, _)| own.map(|own| own[k])))
+            let inside = members.get(component as Index).iter().filter_map(|&region: &Index| own[region as usize]);
+            sorted(inside.map(|own| own[k]))
         };
         let mean = |k: usize| {
             let values = of(k);

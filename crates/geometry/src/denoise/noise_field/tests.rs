@@ -75,7 +75,7 @@ fn no_offset_is_longer_than_five_deviations() {
 }
 
 #[test]
-fn every_vertex_has_a_region_and_regions_are_of_one_component() {
+fn every_vertex_has_a_region_of_the_least_size_or_more() {
     let ball = shapes::sphere(4);
     let regions = Regions::of(ball.topology(), RINGS, LEAST_REGION);
     assert_eq!(regions.vertices.items().len(), ball.positions().len());
@@ -83,4 +83,13 @@ fn every_vertex_has_a_region_and_regions_are_of_one_component() {
         assert!(members.len() >= LEAST_REGION);
         assert!(members.iter().all(|&v| regions.of_vertex[v as usize] as usize == region));
     }
+}
+
+#[test]
+fn rounding_bounds_offsets_and_counts() {
+    let noise =
+        NoiseField { half_step: DVec3::new(0.01, f64::INFINITY, 0.01), ..NoiseField::uniform(2, 0.1, 1.0, 0.0) };
+    let mut offsets = vec![DVec3::new(0.02, 0.2, 0.0), DVec3::new(0.0, 0.2, 0.0)];
+    assert_eq!(noise.bound(&mut offsets), 1);
+    assert_eq!(offsets, [DVec3::new(0.01, 0.2, 0.0), DVec3::new(0.0, 0.2, 0.0)]);
 }

@@ -15,6 +15,17 @@ fn an_isolated_vertex_stays() {
 }
 
 #[test]
+fn faces_that_were_turned_around_change_no_result() {
+    let sphere = shapes::dented_sphere(2);
+    let noisy = displaced(&sphere, &white_noise(&sphere, 0.2, 1));
+    let every_third: Vec<bool> = (0..noisy.topology().faces().len()).map(|f| f % 3 == 1).collect();
+    let turned = Surface::new(orientation::with_turned(noisy.topology(), &every_third), noisy.positions().to_vec());
+    for denoiser in every() {
+        assert!(deltas(&denoiser, &turned) == deltas(&denoiser, &noisy), "{denoiser:?}");
+    }
+}
+
+#[test]
 fn non_manifold_and_flat_faces_give_finite_numbers() {
     let faces: [[Index; 3]; 5] = [[0, 1, 2], [1, 0, 3], [0, 1, 4], [5, 6, 7], [2, 5, 6]];
     let mut positions: Vec<_> = (0..8u32).map(|i| DVec3::new(f64::from(i % 3), f64::from(i % 5), 1.0)).collect();
