@@ -17,6 +17,7 @@ mod laplacian;
 pub mod limits;
 mod map;
 mod method;
+mod no_data;
 mod noise_field;
 mod noise_level;
 mod normal_field;
@@ -142,6 +143,13 @@ impl Denoiser {
             Surface::new(orientation::with_turned(surface.topology(), &turned), surface.positions().to_vec())
         });
         let surface = oriented.as_ref().unwrap_or(surface);
+        if let Some(marks) = no_data::marks(surface) {
+            let (deltas, mut choice) = self.run(&no_data::without(surface, &marks), progress)?;
+            if let Some(choice) = &mut choice {
+                choice.no_data += marks.iter().filter(|mark| **mark).count();
+            }
+            return Ok((deltas, choice));
+        }
         if self.motion() == Some(Motion::AlongNormal) {
             let (free, choice) = self.freed().run(surface, progress)?;
             return Ok((HeightField::best(surface, &free, progress)?.0.deltas(), choice));

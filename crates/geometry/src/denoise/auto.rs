@@ -16,6 +16,7 @@
 
 mod candidates;
 mod evaluate;
+mod impulses;
 mod subsample;
 mod sure;
 
@@ -32,6 +33,7 @@ use super::parameters::{HUGE, Parameter};
 use super::vertex_update::MOTION;
 use super::{Boundary, Motion};
 use crate::mesh::jagged::Index;
+use crate::mesh::normals;
 use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};
 use evaluate::{Evaluation, Mixture};
@@ -140,6 +142,9 @@ pub struct DenoiseChoice {
     /// Number of vertices that are spikes or craters beside their neighbours; they went to the surface of these.
     #[serde(default)]
     pub outliers: usize,
+    /// Number of vertices that stand for "no data", tens of edges away from all that is around them; they stay.
+    #[serde(default)]
+    pub no_data: usize,
     /// Number of vertices that went as far as their noise can have pushed them.
     #[serde(default)]
     pub bounded: usize,
@@ -186,6 +191,11 @@ impl fmt::Display for DenoiseChoice {
         }
         if matches!(self.kind, Kind::Independent | Kind::Uneven) && self.tangential_sigma < self.sigma {
             write!(f, ", at most {:.3} across the normals", self.tangential_sigma)?;
+        }
+        match self.no_data {
+            0 => {}
+            1 => write!(f, ", one vertex without data")?,
+            n => write!(f, ", {n} vertices without data")?,
         }
         let spikes = match self.outliers {
             1 => "one spike".to_owned(),
@@ -244,11 +254,17 @@ pub fn choose(
     let candidates = if is_noisy && !candidates.is_empty() { candidates } else { &[Candidate::Stay] };
     let constraint = BoundaryConstraint::of(surface, settings.boundary);
     let constraint = constraint.and_fixed(noise.relative.iter().map(|sigma| *sigma == 0.0));
-    let problem = Problem::new(&connectivity, &constraint, &noise);
     // An outlier is no datum: it starts from where its neighbours suggest.
     let input = surface.positions();
     let mut data = input.to_vec();
     noise.outliers.iter().for_each(|&(v, p)| data[v as usize] = p);
+    if is_noisy && noise.is_measured && noise.correlation == 0 && candidates != [Candidate::Stay] {
+        let problem = Problem::new(&connectivity, &constraint, &noise);
+        if let Some(hit) = impulses::by_vertex(&problem, &data, progress)? {
+            noise.relative = hit;
+        }
+    }
+    let problem = Problem::new(&connectivity, &constraint, &noise);
     let whole = Evaluation { problem, input: &data, evaluated: &[] };
     let (mut shares, offsets) = mixture(surface, whole, candidates, progress)?;
     let mixed = |v: usize| shares.iter().zip(&offsets).map(|(share, of)| share.share * of[v]).sum::<DVec3>();
@@ -268,23 +284,30 @@ pub fn choose(
         noisy: if is_noisy { noise.noisy_fraction() } else { 0.0 },
         unmeasured: noise.unmeasured,
         outliers: noise.outliers.len(),
+        no_data: 0,
         bounded,
         candidates: shares,
     };
     Ok((deltas, choice))
 }
 
-/// True for a triangulated depth image, where nearly all vertices have six neighbours. There the two bands of the whole mesh tell
-/// shared noise from a surface; on other meshes the second one is mostly surface.
+/// True for a triangulated depth image: nearly all vertices have six neighbours, and nearly all faces look to one side. There the
+/// two bands of the whole mesh tell shared noise from a surface; on other meshes the second one is mostly surface.
 fn is_range_image(surface: &Surface) -> bool {
     /// Largest standard deviation of the valence.
     const LARGEST: f64 = 0.72;
+    /// Least fraction of the faces that look to the side of their mean.
+    const FACING: f64 = 0.95;
     let topology = surface.topology();
     let inner = (0..topology.vertex_count() as Index).filter(|&v| !topology.is_boundary(v) && !topology.is_isolated(v));
     let (count, sum, squares) = inner
         .map(|v| topology.rings().get(v).len() as f64)
         .fold((0.0, 0.0, 0.0), |(n, s, q), x| (n + 1.0, s + x, q + x * x));
-    count > 0.0 && squares / count - (sum / count).powi(2) < LARGEST * LARGEST
+    let is_grid = count > 0.0 && squares / count - (sum / count).powi(2) < LARGEST * LARGEST;
+    let normals: Vec<DVec3> = normals::face_normals(surface);
+    let mean: DVec3 = normals.iter().sum();
+    let facing = normals.iter().filter(|n| n.dot(mean) > 0.0).count();
+    is_grid && facing as f64 > FACING * normals.len() as f64
 }
 
 /// Kind of the noise and its field: those of the settings, or else as measured.
@@ -308,9 +331,10 @@ fn assumed_noise(
     }
     // White noise is told from a surface most surely by the finest band of the whole mesh, all other noise by the network.
     let is_white = matches!(white, Kind::Independent | Kind::Uneven);
-    // A few hundred vertices are too few regions to see what the component is like.
-    const FEW: usize = 400;
-    if white == Kind::Correlated && settings.kind.is_none() && (count < FEW || is_range_image(surface)) {
+    if white == Kind::Correlated && settings.kind.is_none() && is_range_image(surface) {
+        if let Some(noise) = NoiseField::terraces(surface, connectivity, level.level.fine * level.mean_edge) {
+            return Ok((white, noise));
+        }
         let sigma = level.level.sigma_as(white);
         return Ok((white, NoiseField::uniform(count, sigma, level.mean_edge, 0.0)));
     }
@@ -318,8 +342,6 @@ fn assumed_noise(
         Verdict::White
     } else if settings.kind.is_some() {
         Verdict::Noisy
-    } else if level.level.is_one_sided() {
-        Verdict::Clean
     } else {
         Verdict::ByEvidence
     };

@@ -164,7 +164,7 @@ pub(super) fn deltas(
 }
 
 /// Filters the face normals. #T×3
-fn filtered(
+pub(super) fn filtered(
     mesh: &TriangleMesh,
     geometry: FaceGeometry,
     settings: &BilateralNormals,

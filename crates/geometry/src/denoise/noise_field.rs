@@ -40,6 +40,8 @@ pub(super) struct NoiseField {
     pub(super) outliers: Vec<(Index, DVec3)>,
     /// Fraction of the vertices in regions where nothing can be measured, 0..=1.
     pub(super) unmeasured: f64,
+    /// False where the deviation was told, so that all vertices have it.
+    pub(super) is_measured: bool,
 }
 
 /// Who says whether a mesh has noise.
@@ -49,8 +51,6 @@ pub(super) enum Verdict {
     White,
     /// The mesh has noise all over, of whatever kind.
     Noisy,
-    /// The mesh has no noise.
-    Clean,
     /// The statistics of the regions decide, region by region.
     ByEvidence,
 }
@@ -69,7 +69,33 @@ impl NoiseField {
             half_step: DVec3::INFINITY,
             outliers: Vec::new(),
             unmeasured: 0.0,
+            is_measured: false,
         }
+    }
+
+    /// Noise of a surface whose coordinates were rounded to so coarse a grid that neighbours often are the same: terraces. `fine`
+    /// is the deviation of the finest band, model units. `None` where rounding is not all the noise there is.
+    pub(super) fn terraces(surface: &Surface, connectivity: &Connectivity, fine: f64) -> Option<Self> {
+        let positions = surface.positions();
+        let steps = rounding::steps(positions);
+        let edge = statistics::local_edges(surface, positions);
+        let deviations = rounding::deviations(steps, &connectivity.vertex_normals(positions));
+        if fine >= median(deviations.clone()) {
+            return None;
+        }
+        let relative: Vec<f64> =
+            deviations.iter().zip(&edge).map(|(s, h)| if *h > 0.0 { s / h } else { 0.0 }).collect();
+        // The deviation of a coordinate from what it was before is a sawtooth. Neighbours that differ in a fraction t of all cases
+        // are t steps apart on average, so their deviations have the correlation 1 − 6 t (1 − t).
+        let axis = (0..3).max_by(|&a, &b| steps[a].unwrap_or(0.0).total_cmp(&steps[b].unwrap_or(0.0)))?;
+        let edges = surface.topology().edges();
+        let differ = |[v, w]: &&[Index; 2]| positions[*v as usize][axis] != positions[*w as usize][axis];
+        let t = edges.iter().filter(differ).count() as f64 / edges.len().max(1) as f64;
+        let correlation = steps_of_correlation(surface, connectivity, 1.0 - 6.0 * t * (1.0 - t));
+        let half_step = half_step(steps, &relative, &edge);
+        let stiffness = vec![0.0; edge.len()];
+        let uniform = Self::uniform(positions.len(), 0.0, 0.0, 0.0);
+        Some(Self { relative, edge, stiffness, correlation, half_step, is_measured: true, ..uniform })
     }
 
     /// Estimates the noise of each vertex.
@@ -84,7 +110,7 @@ impl NoiseField {
         let network = Network::built_in();
         let readings: Vec<Option<Reading>> =
             statistics.regions.par_iter().map(|s| s.as_ref().map(|s| network.read(s))).collect();
-        let noisy = noisy_regions(&regions, &readings, verdict);
+        let noisy = noisy_regions(&regions, &statistics.regions, &readings, verdict);
         let edges: Vec<f64> =
             regions.vertices.iter().map(|members| log_mean(members, &statistics.local_edge)).collect();
         let tails = log_excess_of_tails(&statistics.regions, &regions);
@@ -100,7 +126,7 @@ impl NoiseField {
         };
         let relative: Vec<Option<f64>> = (0..readings.len()).map(log_relative).collect();
         let of_region = shrunken(&relative, &edges, &regions);
-        let relative = spread(surface, &regions, &of_region, &statistics.local_edge);
+        let mut relative = spread(surface, &regions, &of_region, &statistics.local_edge);
         let weights: Vec<f64> = of_region.iter().map(|l| if l.is_some() { 1.0 } else { 0.0 }).collect();
         let correlation =
             readings.iter().zip(&weights).filter_map(|(r, w)| r.as_ref().map(|r| (r.correlation * w, *w)));
@@ -116,9 +142,15 @@ impl NoiseField {
         let stiffness = if correlation == 0 { stiffness(&statistics.regions, &regions) } else { vec![0.0; edge.len()] };
         let unknown = regions.vertices.iter().zip(&readings).filter(|(_, reading)| reading.is_none());
         let unmeasured = unknown.map(|(members, _)| members.len()).sum::<usize>() as f64 / relative.len().max(1) as f64;
-        let half_step = half_step(surface.positions(), &relative, &edge);
+        let steps = rounding::steps(surface.positions());
+        let rounded = rounding::deviations(steps, &connectivity.vertex_normals(surface.positions()));
+        for ((relative, edge), rounded) in relative.iter_mut().zip(&edge).zip(rounded) {
+            // Neighbours that were rounded alike hide it from the finest band.
+            *relative = if *relative > 0.0 { relative.max(rounded / edge) } else { 0.0 };
+        }
+        let half_step = half_step(steps, &relative, &edge);
         let outliers = outliers::outliers(surface, &statistics::local_edges(surface, surface.positions()));
-        let mut field = Self { relative, edge, stiffness, correlation, half_step, outliers, unmeasured };
+        let mut field = Self { relative, edge, stiffness, correlation, half_step, outliers, unmeasured, is_measured: true };
         let typical = field.typical();
         if typical > 0.0 {
             // Nothing holds an outlier but its neighbours.
@@ -191,6 +223,7 @@ impl NoiseField {
             half_step: self.half_step,
             outliers: Vec::new(),
             unmeasured: self.unmeasured,
+            is_measured: self.is_measured,
         }
     }
 
@@ -212,11 +245,11 @@ impl NoiseField {
 }
 
 /// Half the steps of rounded coordinates, where the noise is no larger than rounding makes it; infinite for other axes.
-fn half_step(positions: &[DVec3], relative: &[f64], edge: &[f64]) -> DVec3 {
+fn half_step(steps: [Option<f64>; 3], relative: &[f64], edge: &[f64]) -> DVec3 {
     /// Largest deviation over the step. That of rounding is 0.29.
     const LARGEST: f64 = 0.45;
     let typical = median(relative.iter().zip(edge).map(|(s, h)| s * h).filter(|s| *s > 0.0).collect());
-    let half = rounding::steps(positions).map(|step| match step {
+    let half = steps.map(|step| match step {
         Some(step) if typical < LARGEST * step => 0.5 * step,
         _ => f64::INFINITY,
     });
@@ -239,11 +272,21 @@ const LEAST_REGION: usize = 40;
 
 /// Whether each region has noise. A component is noisy as a whole where its regions say so on average, and in parts where a
 /// quarter of them is sure; regions of which nothing is known go with their component.
-fn noisy_regions(regions: &Regions, readings: &[Option<Reading>], verdict: Verdict) -> Vec<bool> {
+fn noisy_regions(
+    regions: &Regions,
+    statistics: &[Option<[f64; statistics::COUNT]>],
+    readings: &[Option<Reading>],
+    verdict: Verdict,
+) -> Vec<bool> {
     /// Evidence beyond which one region is as good as another.
     const CERTAIN: f64 = 6.0;
+    /// Number of regions as which the whole mesh counts beside those of a component: a few regions alone err together.
+    const WHOLE: f64 = 3.0;
     if verdict != Verdict::ByEvidence {
-        return vec![verdict != Verdict::Clean; readings.len()];
+        return vec![true; readings.len()];
+    }
+    if is_one_sided(statistics) {
+        return vec![false; readings.len()];
     }
     let network = Network::built_in();
     let components = regions.component.iter().max().map_or(0, |c| *c as usize + 1);
@@ -251,7 +294,9 @@ fn noisy_regions(regions: &Regions, readings: &[Option<Reading>], verdict: Verdi
     for (reading, component) in readings.iter().zip(&regions.component) {
         evidence[*component as usize].extend(reading.map(|r| r.evidence.clamp(-CERTAIN, CERTAIN)));
     }
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let all: Vec<f64> = evidence.iter().flatten().copied().collect();
+    let whole = WHOLE * all.iter().sum::<f64>() / all.len().max(1) as f64;
+    let mean = |values: &[f64]| (values.iter().sum::<f64>() + whole) / (values.len() as f64 + WHOLE);
     let least = |mut evidence: Vec<f64>| {
         evidence.sort_unstable_by(|a, b| b.total_cmp(a));
         let quarter = &evidence[..evidence.len().div_ceil(4)];
@@ -271,6 +316,18 @@ fn noisy_regions(regions: &Regions, readings: &[Option<Reading>], verdict: Verdi
         reading.map_or(least == f64::NEG_INFINITY, |reading| reading.evidence > least)
     };
     readings.iter().zip(&regions.component).map(is_noisy).collect()
+}
+
+/// True for roughness that has bumps or pits all over, but not both alike, as no sensor errs: the pores of a sponge.
+fn is_one_sided(statistics: &[Option<[f64; statistics::COUNT]>]) -> bool {
+    /// Fraction of the regions that lean to the same side.
+    const MOST: f64 = 0.9;
+    /// Number of regions from which that is no chance.
+    const FEWEST: usize = 10;
+    let count = statistics.iter().flatten().count();
+    let outwards = statistics.iter().flatten().filter(|s| s[statistics::SKEWNESS] > 0.0).count();
+    let inwards = statistics.iter().flatten().filter(|s| s[statistics::SKEWNESS] < 0.0).count();
+    count >= FEWEST && outwards.max(inwards) as f64 >= MOST * count as f64
 }
 
 /// Logarithm of the deviation over what the median of the finest band says where few vertices are hit, one for each component. The

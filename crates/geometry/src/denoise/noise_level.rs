@@ -135,7 +135,7 @@ impl NoiseLevel {
     }
 
     /// True for roughness that has bumps or pits, but not both alike, as no sensor errs.
-    pub(super) fn is_one_sided(&self) -> bool {
+    fn is_one_sided(&self) -> bool {
         // Where noise lifts only, the skewness is 0.15.
         const LARGEST_SKEWNESS: f64 = 0.125;
         self.skewness.abs() > LARGEST_SKEWNESS

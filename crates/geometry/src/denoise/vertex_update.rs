@@ -144,13 +144,23 @@ impl<'a> Updater<'a> {
     pub(super) fn new(surface: &'a Surface, mesh: &'a TriangleMesh, settings: VertexUpdate) -> Self {
         let topology = surface.topology();
         let is_fixed_boundary = |v: Index| settings.boundary == Boundary::Fixed && topology.is_boundary(v);
-        let is_fixed = |v: Index| is_fixed_boundary(v) || mesh.vertex_faces.get(v).is_empty();
-        let input = surface.positions();
+        let fixed = (0..surface.positions().len() as Index).map(is_fixed_boundary).collect();
+        Self::holding(fixed, surface.positions(), mesh, settings)
+    }
+
+    /// The same for vertices at `input`, of which those that are `fixed` (#V) stay.
+    pub(super) fn holding(
+        mut fixed: Vec<bool>,
+        input: &'a [DVec3],
+        mesh: &'a TriangleMesh,
+        settings: VertexUpdate,
+    ) -> Self {
+        (0..).zip(&mut fixed).for_each(|(v, fixed)| *fixed |= mesh.vertex_faces.get(v).is_empty());
         Self {
             mesh,
             settings,
             input,
-            fixed: (0..input.len() as Index).map(is_fixed).collect(),
+            fixed,
             positions: input.to_vec(),
             next: input.to_vec(),
             centroids: vec![DVec3::ZERO; mesh.face_count()],

@@ -1,8 +1,11 @@
 //! Candidates of the mixture. A new one is a name, and its algorithm in [`Candidate::algorithm`].
 
 use crate::denoise::bilaplacian::LocalStrength;
+use crate::denoise::bilateral_normals::{self, BilateralNormals};
+use crate::denoise::face_geometry::FaceGeometry;
 use crate::denoise::map::{Prior, Problem};
 use crate::denoise::noise_level::Kind;
+use crate::denoise::vertex_update::Updater;
 use crate::named;
 use crate::progress::{Cancelled, Progress};
 use glam::DVec3;
@@ -29,6 +32,8 @@ named! {
         CreasesStrong = "creases-strong",
         /// `map` with the prior for smooth shapes, five times as strong.
         SmoothStrong = "smooth-strong",
+        /// `bilateral-normals`: for noise that neighbours share, on machine parts.
+        Bilateral = "bilateral",
         /// Linear smoothing, very little.
         LinearFaint = "linear-faint",
         /// Linear smoothing, little.
@@ -59,6 +64,8 @@ pub(super) enum Algorithm {
     },
     /// The most probable surface under this prior.
     Map(Prior),
+    /// The bilateral filter of the face normals, whatever the noise.
+    BilateralNormals(BilateralNormals),
 }
 
 impl Candidate {
@@ -74,9 +81,13 @@ impl Candidate {
         }
     }
 
-    /// Whether the candidate smooths more than noise that is white calls for.
+    /// Whether the candidate is for noise that is not white: it smooths more than that calls for, or, as the filter of normals
+    /// does, leaves facets whose normals alternate, of which the estimated risk sees little.
     fn is_for_shared_noise(self) -> bool {
-        matches!(self, Self::FlatStrong | Self::CreasesStrong | Self::SmoothStrong | Self::LinearWide)
+        matches!(
+            self,
+            Self::FlatStrong | Self::CreasesStrong | Self::SmoothStrong | Self::LinearWide | Self::Bilateral
+        )
     }
 
     /// Algorithm with its settings. Strengths were found on a dozen and a half meshes, from machine parts to animals.
@@ -94,6 +105,7 @@ impl Candidate {
             Self::FlatStrong => strong(Prior::FLAT),
             Self::CreasesStrong => strong(Prior::CREASES),
             Self::SmoothStrong => strong(Prior::SMOOTH),
+            Self::Bilateral => Algorithm::BilateralNormals(BilateralNormals::default()),
             Self::LinearFaint => linear(16.0),
             Self::LinearLight => linear(40.0),
             Self::Linear => linear(100.0),
@@ -127,8 +139,26 @@ impl Candidate {
                 smooth_linearly(problem, input, &strengths, passes, progress)
             }
             Algorithm::Map(prior) => problem.estimate(input, guess, &prior, progress),
+            Algorithm::BilateralNormals(filter) => filter_normals(problem, input, &filter, progress),
         }
     }
+}
+
+/// Offsets of [`Algorithm::BilateralNormals`]. #V×3, model units
+fn filter_normals(
+    problem: &Problem,
+    input: &[DVec3],
+    filter: &BilateralNormals,
+    progress: &dyn Progress,
+) -> Result<Vec<DVec3>, Cancelled> {
+    let Problem { connectivity, constraint, noise, .. } = *problem;
+    let mesh = &connectivity.mesh;
+    let mut f2 = *filter; if let Ok(v) = std::env::var("ZZ_VI") { f2.vertex_update.iterations = v.parse().unwrap(); } if let Ok(v) = std::env::var("ZZ_CL") { f2.vertex_update.closeness = v.parse().unwrap(); } if let Ok(v) = std::env::var("ZZ_NI") { f2.iterations = v.parse().unwrap(); } let filter = &f2; let normals = bilateral_normals::filtered(mesh, FaceGeometry::of(mesh, input), filter, progress)?;
+    let fixed = noise.relative.iter().map(|sigma| *sigma == 0.0).collect();
+    let mut updater = Updater::holding(fixed, input, mesh, filter.vertex_update);
+    updater.follow(&normals, progress)?;
+    let offsets = updater.positions().iter().zip(input).map(|(x, p)| *x - *p);
+    Ok(offsets.enumerate().map(|(v, offset)| constraint.projected(v, offset)).collect())
 }
 
 /// Offsets of [`Algorithm::Linear`] with `passes` bi-Laplacian steps of these strengths (#V). #V×3, model units

@@ -1,13 +1,13 @@
-//! A small network that reads the statistics of a region: how much noise there is, and what it is like.
+//! Small networks that read the statistics of a region: how much noise there is, and what it is like.
 //!
-//! The network was fitted to clean meshes with synthetic noise of many kinds by the commands in `training/README.md` of this crate.
-//! Its weights are in `network.json`.
+//! They were fitted to clean meshes with synthetic noise of many kinds by the commands in `training/README.md` of this crate.
+//! Their weights are in `network.json`.
 
 use super::statistics::COUNT;
 use serde::Deserialize;
 use std::sync::OnceLock;
 
-/// Reading of one region by the network.
+/// Reading of one region: the mean of what the networks say.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reading {
     /// Natural logarithm of the standard deviation along the normal over what the finest band alone says.
@@ -18,7 +18,7 @@ pub(super) struct Reading {
     pub(super) evidence: f64,
 }
 
-/// A network of two hidden layers and its calibration.
+/// Networks of two hidden layers, fitted from different starts, and their calibration.
 #[derive(Deserialize)]
 pub(super) struct Network {
     /// Mean evidence of the regions of a connected component from which it is noisy.
@@ -28,7 +28,7 @@ pub(super) struct Network {
     pub(super) quarter_threshold: f64,
     mean: Vec<f64>,
     deviation: Vec<f64>,
-    layers: Vec<Layer>,
+    members: Vec<Vec<Layer>>,
 }
 
 #[derive(Deserialize)]
@@ -39,7 +39,7 @@ struct Layer {
 }
 
 impl Network {
-    /// The network that is a part of this crate.
+    /// The networks that are a part of this crate.
     pub(super) fn built_in() -> &'static Self {
         static NETWORK: OnceLock<Network> = OnceLock::new();
         NETWORK.get_or_init(|| serde_json::from_str(include_str!("network.json")).expect("a test reads it"))
@@ -49,19 +49,32 @@ impl Network {
     pub(super) fn read(&self, statistics: &[f64; COUNT]) -> Reading {
         /// Statistics that are farther from their mean than this many deviations are unlike all that was trained on.
         const FARTHEST: f64 = 4.0;
-        /// Slope of the activation for negative values (leaky rectifier).
-        const SLOPE: f64 = 0.1;
         let scaled = statistics.iter().zip(&self.mean).zip(&self.deviation);
-        let mut values: Vec<f64> = scaled.map(|((x, mean), sd)| ((x - mean) / sd).clamp(-FARTHEST, FARTHEST)).collect();
-        for (k, layer) in self.layers.iter().enumerate() {
-            let is_last = k + 1 == self.layers.len();
-            let output = |(weights, bias): (&Vec<f64>, &f64)| {
-                let sum = weights.iter().zip(&values).map(|(w, x)| w * x).sum::<f64>() + bias;
-                if is_last || sum > 0.0 { sum } else { SLOPE * sum }
-            };
-            values = layer.weights.iter().zip(&layer.bias).map(output).collect();
+        let scaled: Vec<f64> = scaled.map(|((x, mean), sd)| ((x - mean) / sd).clamp(-FARTHEST, FARTHEST)).collect();
+        let mut mean = [0.0; 3];
+        for layers in &self.members {
+            let outputs = layers.iter().enumerate().fold(scaled.clone(), |values, (k, layer)| {
+                let outputs = layer.outputs(&values);
+                if k + 1 == layers.len() { outputs } else { outputs.into_iter().map(rectified).collect() }
+            });
+            mean.iter_mut().zip(outputs).for_each(|(mean, output)| *mean += output / self.members.len() as f64);
         }
-        let [log_excess, correlation, evidence] = values[..] else { unreachable!("a test reads the network") };
+        let [log_excess, correlation, evidence] = mean;
         Reading { log_excess, correlation, evidence }
     }
+}
+
+impl Layer {
+    fn outputs(&self, values: &[f64]) -> Vec<f64> {
+        let output = |(weights, bias): (&Vec<f64>, &f64)| {
+            weights.iter().zip(values).map(|(w, x)| w * x).sum::<f64>() + bias
+        };
+        self.weights.iter().zip(&self.bias).map(output).collect()
+    }
+}
+
+/// Activation of the hidden layers (leaky rectifier).
+fn rectified(x: f64) -> f64 {
+    const SLOPE: f64 = 0.1;
+    if x > 0.0 { x } else { SLOPE * x }
 }

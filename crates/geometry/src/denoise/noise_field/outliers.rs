@@ -12,8 +12,6 @@ use rayon::prelude::*;
 pub(super) fn outliers(surface: &Surface, local_edge: &[f64]) -> Vec<(Index, DVec3)> {
     /// Least distance from the plane, local edges: noise does not reach so far.
     const LEAST: f64 = 2.5;
-    /// Largest distance, local edges. Farther off are marks such as "no data", which are not to be drawn into the surface.
-    const LARGEST: f64 = 50.0;
     /// Least ratio of the distance to that of the rings from their plane (root mean square).
     const RATIO: f64 = 8.0;
     /// Least number of neighbours: fewer say too little of the surface.
@@ -37,7 +35,7 @@ pub(super) fn outliers(surface: &Surface, local_edge: &[f64]) -> Vec<(Index, DVe
         around.retain(|&w| w != v);
         let (centre, normal, off_plane) = plane(around.iter().map(|&w| positions[w as usize]))?;
         let distance = (positions[v as usize] - centre).dot(normal).abs();
-        let stands_off = distance > LEAST * edge && distance > RATIO * off_plane && distance < LARGEST * edge;
+        let stands_off = distance > LEAST * edge && distance > RATIO * off_plane;
         stands_off.then_some((v, middle))
     };
     (0..positions.len() as Index).into_par_iter().filter_map(one).collect()
@@ -81,7 +79,6 @@ mod tests {
         let found = outliers(&spike, &edges);
         assert!(found.len() == 1 && found[0].0 == middle && found[0].1.z == 0.0, "{found:?}");
         assert!(outliers(&lifted(&|r| (1.0 - 5.0 * r).max(0.0)), &edges).is_empty());
-        assert!(outliers(&lifted(&|r| if r < 0.01 { 9.0 } else { 0.0 }), &edges).is_empty(), "no data");
         assert!(outliers(&grid, &edges).is_empty());
     }
 }

@@ -7,6 +7,13 @@ pub(super) fn steps(positions: &[DVec3]) -> [Option<f64>; 3] {
     [0, 1, 2].map(|axis| step(positions.iter().map(|p| p[axis]).collect()))
 }
 
+/// Standard deviation along each normal (#V×3, unit) of what rounding to these steps takes away: each coordinate is off by up to
+/// half a step, all errors alike likely. #V, model units
+pub(super) fn deviations(steps: [Option<f64>; 3], normals: &[DVec3]) -> Vec<f64> {
+    let squares = DVec3::from_array(steps.map(|step| step.map_or(0.0, |step| step * step / 12.0)));
+    normals.iter().map(|n| squares.dot(*n * *n).sqrt()).collect()
+}
+
 fn step(mut values: Vec<f64>) -> Option<f64> {
     /// Largest number of different values for a number of values: by chance hardly two are the same.
     const DIFFERENT: f64 = 0.2;

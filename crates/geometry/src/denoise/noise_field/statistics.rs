@@ -30,6 +30,8 @@ pub(super) const TAIL: usize = BANDS;
 pub(super) const TAIL_OF_GAUSSIAN: f64 = 0.8915;
 /// Index of the logarithm of what the finest band is across the normals over what it is along them.
 pub(super) const ACROSS: usize = BANDS + 2 * SHAPED + CORRELATED;
+/// Index of the skewness of the finest band by quantiles, −1..=1.
+pub(super) const SKEWNESS: usize = ACROSS + 6;
 /// Number of statistics of the component that a region is a part of.
 const CONTEXT: usize = 7 + 4 + 3 + 5 + 1;
 /// Number of all statistics of a region.

@@ -1,0 +1,102 @@
+//! Vertices that stand for "no data": depths and heights of −9999, say, that came along as positions.
+//!
+//! They lie tens of edges away from all that is around them. The cliffs to them are no part of the surface, so it is denoised
+//! without their faces, and the vertices stay where they are.
+
+use super::noise_level::median;
+use crate::mesh::jagged::{Index, Ragged};
+use crate::mesh::surface::Surface;
+use crate::mesh::topology::Topology;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Whether each vertex stands for "no data" (#V); `None` where none does.
+pub(super) fn marks(surface: &Surface) -> Option<Vec<bool>> {
+    let marks: Vec<bool> =
+        (0..surface.positions().len() as Index).into_par_iter().map(|v| is_mark(surface, v)).collect();
+    marks.contains(&true).then_some(marks)
+}
+
+/// True for a vertex that is far from the middle of its two rings, in lengths of the edges that do not end at it. Medians stand
+/// that some of the others are marks, too.
+fn is_mark(surface: &Surface, v: Index) -> bool {
+    /// Least distance, edges. No surface that is sampled well, and no spike of a scanner, reaches so far.
+    const LEAST: f64 = 50.0;
+    /// Least number of vertices that a median can be taken of.
+    const FEWEST: usize = 6;
+    let rings = surface.topology().rings();
+    let at = |v: Index| surface.positions()[v as usize];
+    let ring = rings.get(v);
+    let lengths_beyond = |w: Index| rings.get(w).iter().filter(move |x| **x != v).map(move |&x| at(w).distance(at(x)));
+    // Nearly all vertices are near a neighbour, and need no closer look.
+    let nearest = ring.iter().map(|&w| at(v).distance(at(w))).fold(f64::INFINITY, f64::min);
+    let is_far_for = |w: &&Index| lengths_beyond(**w).any(|length| LEAST / 2.0 * length < nearest);
+    if nearest == 0.0 || 2 * ring.iter().filter(is_far_for).count() < ring.len() {
+        return false;
+    }
+    let mut around: Vec<Index> = ring.iter().flat_map(|&w| rings.get(w)).chain(ring).copied().collect();
+    around.sort_unstable();
+    around.dedup();
+    around.retain(|&w| w != v);
+    let edge = median(ring.iter().flat_map(|&w| lengths_beyond(w)).collect());
+    let middle = DVec3::from_array([0, 1, 2].map(|axis| median(around.iter().map(|&w| at(w)[axis]).collect())));
+    around.len() >= FEWEST && edge > 0.0 && at(v).distance(middle) > LEAST * edge
+}
+
+/// The surface without the faces at these vertices.
+pub(super) fn without(surface: &Surface, marks: &[bool]) -> Surface {
+    let topology = surface.topology();
+    let mut faces = Ragged::default();
+    for face in topology.faces().iter().filter(|face| face.iter().all(|&v| !marks[v as usize])) {
+        faces.push(face.iter().copied());
+    }
+    Surface::new(Topology::new(topology.vertex_count(), faces), surface.positions().to_vec())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::denoise::Denoiser;
+    use crate::mesh::shapes;
+    use crate::mesh::synthetic_noise::{self, Direction, Noise};
+    use crate::progress::Silent;
+
+    #[test]
+    fn vertices_without_data_stay_and_all_else_is_denoised_as_without_them() {
+        let grid = shapes::grid(24);
+        let noise = Noise { sigma: 0.2, direction: Direction::Normal, share: 1.0, seed: 3 };
+        let noisy = synthetic_noise::noisy(&grid, &noise);
+        let lost = [100, 101, 330];
+        let mut positions = noisy.positions().to_vec();
+        lost.iter().for_each(|&v: &usize| positions[v].z = -9999.0);
+        let holed = noisy.at(positions);
+        let found = marks(&holed).unwrap();
+        let all: Vec<usize> = (0..found.len()).filter(|&v| found[v]).collect();
+        assert_eq!(all, lost);
+        for denoiser in Denoiser::every() {
+            let deltas = denoiser.deltas(&holed, &Silent).unwrap();
+            assert!(lost.iter().all(|&v| deltas[v] == DVec3::ZERO), "{denoiser:?}");
+            assert!(deltas.iter().all(|delta| delta.length() < 0.1), "{denoiser:?}");
+        }
+    }
+
+    #[test]
+    fn a_cone_a_spike_and_the_middle_of_a_fan_are_data() {
+        let grid = shapes::grid(12);
+        let spike = |height: f64| {
+            let lift = |p: &DVec3| {
+                let r = p.distance(DVec3::new(0.5, 0.5, 0.0));
+                *p + DVec3::Z * if r < 0.01 { height } else { 0.0 }
+            };
+            grid.at(grid.positions().iter().map(lift).collect())
+        };
+        assert!(marks(&grid).is_none() && marks(&spike(2.0)).is_none() && marks(&spike(9.0)).is_some());
+        let rim = (0..400).map(|k| f64::from(k) * std::f64::consts::TAU / 400.0).map(|a| DVec3::new(a.cos(), a.sin(), 0.0));
+        let positions: Vec<DVec3> = rim.chain([DVec3::ZERO]).collect();
+        let mut faces = Ragged::default();
+        (0..400).for_each(|k| {
+            faces.push([k, (k + 1) % 400, 400]);
+        });
+        assert!(marks(&Surface::new(Topology::new(401, faces), positions)).is_none());
+    }
+}
