@@ -139,6 +139,10 @@ pub struct DenoiseChoice {
     /// Fraction of the vertices in places where nothing can be measured, 0..=1: too few vertices have faces all around them.
     #[serde(default)]
     pub unmeasured: f64,
+    /// Fraction of the noisy vertices that have nearly all of the noise, 0..=1; 0 where all have about the same. `sigma` is that of
+    /// the others then.
+    #[serde(default)]
+    pub hit: f64,
     /// Number of vertices that are spikes or craters beside their neighbours; they went to the surface of these.
     #[serde(default)]
     pub outliers: usize,
@@ -178,6 +182,9 @@ impl fmt::Display for DenoiseChoice {
                 write!(f, "noise that cannot be measured, since too few vertices have faces all around them")?;
             }
             Kind::None => write!(f, "no noise that could be told from the surface")?,
+            _ if self.hit > 0.0 => {
+                write!(f, "noise on {:.0} % of the vertices, {:.3} local edges on all", 100.0 * self.hit, self.sigma)?;
+            }
             Kind::Independent => write!(f, "noise of {:.3} local edges", self.sigma)?,
             Kind::Uneven => write!(f, "noise of about {:.3} local edges, uneven", self.sigma)?,
             Kind::Correlated => write!(f, "noise alike between neighbours, of {:.3} local edges", self.sigma)?,
@@ -258,10 +265,12 @@ pub fn choose(
     let input = surface.positions();
     let mut data = input.to_vec();
     noise.outliers.iter().for_each(|&(v, p)| data[v as usize] = p);
+    let mut hit = 0.0;
     if is_noisy && noise.is_measured && noise.correlation == 0 && candidates != [Candidate::Stay] {
         let problem = Problem::new(&connectivity, &constraint, &noise);
-        if let Some(hit) = impulses::by_vertex(&problem, &data, progress)? {
-            noise.relative = hit;
+        if let Some(found) = impulses::by_vertex(&problem, &data, progress)? {
+            noise.relative = found.relative;
+            hit = found.share;
         }
     }
     let problem = Problem::new(&connectivity, &constraint, &noise);
@@ -283,6 +292,7 @@ pub fn choose(
         tangential_sigma: settings.noise_across.unwrap_or(noise.typical_across()),
         noisy: if is_noisy { noise.noisy_fraction() } else { 0.0 },
         unmeasured: noise.unmeasured,
+        hit,
         outliers: noise.outliers.len(),
         no_data: 0,
         bounded,
@@ -296,8 +306,8 @@ pub fn choose(
 fn is_range_image(surface: &Surface) -> bool {
     /// Largest standard deviation of the valence.
     const LARGEST: f64 = 0.72;
-    /// Least fraction of the faces that look to the side of their mean.
-    const FACING: f64 = 0.95;
+    /// Least fraction of the faces that look to the side of their mean. On closed surfaces it is a half; noise turns some of any.
+    const FACING: f64 = 0.75;
     let topology = surface.topology();
     let inner = (0..topology.vertex_count() as Index).filter(|&v| !topology.is_boundary(v) && !topology.is_isolated(v));
     let (count, sum, squares) = inner
@@ -329,10 +339,11 @@ fn assumed_noise(
         };
         return Ok((kind, NoiseField::uniform(count, sigma, level.mean_edge, stiffness)));
     }
+    let fine = level.level.fine * level.mean_edge;
     // White noise is told from a surface most surely by the finest band of the whole mesh, all other noise by the network.
     let is_white = matches!(white, Kind::Independent | Kind::Uneven);
     if white == Kind::Correlated && settings.kind.is_none() && is_range_image(surface) {
-        if let Some(noise) = NoiseField::terraces(surface, connectivity, level.level.fine * level.mean_edge) {
+        if let Some(noise) = NoiseField::terraces(surface, connectivity, fine) {
             return Ok((white, noise));
         }
         let sigma = level.level.sigma_as(white);
@@ -340,12 +351,17 @@ fn assumed_noise(
     }
     let verdict = if is_white && settings.kind.is_none_or(|kind| kind == white) {
         Verdict::White
-    } else if settings.kind.is_some() {
+    } else if settings.kind.is_some() || NoiseField::is_rounding(surface, connectivity, fine) {
         Verdict::Noisy
     } else {
         Verdict::ByEvidence
     };
     let mut noise = NoiseField::measured(surface, connectivity, verdict, progress)?;
+    if white == Kind::Uneven && verdict == Verdict::White && is_range_image(surface) {
+        // Most vertices of a depth image have less noise than those that the eye is drawn to, near edges and far away.
+        let typical = noise.typical() * noise.mean_edge();
+        noise = noise.scaled((level.level.sigma_as(white) * level.mean_edge / typical).max(1.0));
+    }
     if noise.unmeasured == 1.0 && verdict == Verdict::White {
         // A mesh of a few dozen vertices has no regions, but a finest band.
         let stiffness = level.level.tangential_stiffness(white);

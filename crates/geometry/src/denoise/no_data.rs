@@ -29,9 +29,9 @@ fn is_mark(surface: &Surface, v: Index) -> bool {
     let ring = rings.get(v);
     let lengths_beyond = |w: Index| rings.get(w).iter().filter(move |x| **x != v).map(move |&x| at(w).distance(at(x)));
     // Nearly all vertices are near a neighbour, and need no closer look.
-    let nearest = ring.iter().map(|&w| at(v).distance(at(w))).fold(f64::INFINITY, f64::min);
-    let is_far_for = |w: &&Index| lengths_beyond(**w).any(|length| LEAST / 2.0 * length < nearest);
-    if nearest == 0.0 || 2 * ring.iter().filter(is_far_for).count() < ring.len() {
+    let typical = median(ring.iter().map(|&w| at(v).distance(at(w))).collect());
+    let is_far_for = |w: &&Index| lengths_beyond(**w).any(|length| LEAST / 2.0 * length < typical);
+    if typical == 0.0 || 2 * ring.iter().filter(is_far_for).count() < ring.len() {
         return false;
     }
     let mut around: Vec<Index> = ring.iter().flat_map(|&w| rings.get(w)).chain(ring).copied().collect();
@@ -91,7 +91,8 @@ mod tests {
             grid.at(grid.positions().iter().map(lift).collect())
         };
         assert!(marks(&grid).is_none() && marks(&spike(2.0)).is_none() && marks(&spike(9.0)).is_some());
-        let rim = (0..400).map(|k| f64::from(k) * std::f64::consts::TAU / 400.0).map(|a| DVec3::new(a.cos(), a.sin(), 0.0));
+        let rim =
+            (0..400).map(|k| f64::from(k) * std::f64::consts::TAU / 400.0).map(|a| DVec3::new(a.cos(), a.sin(), 0.0));
         let positions: Vec<DVec3> = rim.chain([DVec3::ZERO]).collect();
         let mut faces = Ragged::default();
         (0..400).for_each(|k| {

@@ -55,6 +55,12 @@ pub(super) enum Verdict {
     ByEvidence,
 }
 
+/// Number of lazy umbrella steps that smooth terraces away: six edges.
+const LAZY_STEPS_OVER_TERRACES: usize = 64;
+
+/// Deviation below which a region has no noise, local edges; it is what the network was taught.
+const NONE: f64 = 0.004;
+
 /// Least deviation by which data are weighed, local edges: that of positions which are as good as exact.
 const LEAST: f64 = 0.01;
 
@@ -73,11 +79,15 @@ impl NoiseField {
         }
     }
 
-    /// Noise of a surface whose coordinates were rounded to so coarse a grid that neighbours often are the same: terraces. `fine`
+    /// Noise of a height field whose heights were rounded to so coarse a grid that neighbours often are the same: terraces. `fine`
     /// is the deviation of the finest band, model units. `None` where rounding is not all the noise there is.
     pub(super) fn terraces(surface: &Surface, connectivity: &Connectivity, fine: f64) -> Option<Self> {
         let positions = surface.positions();
-        let steps = rounding::steps(positions);
+        let up = surface.face_vectors().iter().sum::<DVec3>().abs();
+        let axis = (0..3).max_by(|&a, &b| up[a].total_cmp(&up[b]))?;
+        // The other two are the places where heights were taken; these may lie on a grid as well.
+        let mut steps = [None; 3];
+        steps[axis] = Some(rounding::steps(positions)[axis]?);
         let edge = statistics::local_edges(surface, positions);
         let deviations = rounding::deviations(steps, &connectivity.vertex_normals(positions));
         if fine >= median(deviations.clone()) {
@@ -85,17 +95,37 @@ impl NoiseField {
         }
         let relative: Vec<f64> =
             deviations.iter().zip(&edge).map(|(s, h)| if *h > 0.0 { s / h } else { 0.0 }).collect();
-        // The deviation of a coordinate from what it was before is a sawtooth. Neighbours that differ in a fraction t of all cases
-        // are t steps apart on average, so their deviations have the correlation 1 − 6 t (1 − t).
-        let axis = (0..3).max_by(|&a, &b| steps[a].unwrap_or(0.0).total_cmp(&steps[b].unwrap_or(0.0)))?;
+        // The deviation of a coordinate from what it was before is a sawtooth: neighbours that are t steps apart have deviations
+        // with the correlation 1 − 6 t (1 − t). How far they are apart shows where the terraces are smoothed away.
+        let mut smoothed = positions.to_vec();
+        for _ in 0..LAZY_STEPS_OVER_TERRACES {
+            smoothed = connectivity.umbrella.lazy_step(&smoothed);
+        }
+        let step = steps[axis].unwrap_or(f64::INFINITY);
+        let alike = |[v, w]: &[Index; 2]| {
+            let t = ((smoothed[*v as usize][axis] - smoothed[*w as usize][axis]).abs() / step).min(1.0);
+            1.0 - 6.0 * t * (1.0 - t)
+        };
         let edges = surface.topology().edges();
-        let differ = |[v, w]: &&[Index; 2]| positions[*v as usize][axis] != positions[*w as usize][axis];
-        let t = edges.iter().filter(differ).count() as f64 / edges.len().max(1) as f64;
-        let correlation = steps_of_correlation(surface, connectivity, 1.0 - 6.0 * t * (1.0 - t));
+        let correlation = edges.iter().map(alike).sum::<f64>() / edges.len().max(1) as f64;
+        let correlation = steps_of_correlation(surface, connectivity, correlation);
         let half_step = half_step(steps, &relative, &edge);
         let stiffness = vec![0.0; edge.len()];
         let uniform = Self::uniform(positions.len(), 0.0, 0.0, 0.0);
         Some(Self { relative, edge, stiffness, correlation, half_step, is_measured: true, ..uniform })
+    }
+
+    /// True for noise that is the rounding of all coordinates to one grid: the finest band shows as much as that makes. `fine` is its
+    /// deviation, model units.
+    pub(super) fn is_rounding(surface: &Surface, connectivity: &Connectivity, fine: f64) -> bool {
+        /// Least and largest ratio of the two deviations; between neighbours that were rounded alike, the band sees less.
+        const RATIO: [f64; 2] = [0.4, 2.0];
+        let steps = rounding::steps(surface.positions());
+        if !rounding::is_one_grid(steps) {
+            return false;
+        }
+        let rounded = median(rounding::deviations(steps, &connectivity.vertex_normals(surface.positions())));
+        fine > RATIO[0] * rounded && fine < RATIO[1] * rounded
     }
 
     /// Estimates the noise of each vertex.
@@ -114,31 +144,29 @@ impl NoiseField {
         let edges: Vec<f64> =
             regions.vertices.iter().map(|members| log_mean(members, &statistics.local_edge)).collect();
         let tails = log_excess_of_tails(&statistics.regions, &regions);
+        let of_noisy = readings.iter().zip(&noisy).filter(|(_, noisy)| **noisy).filter_map(|(r, _)| r.as_ref());
+        let (sum, count) = of_noisy.fold((0.0, 0.0), |(sum, count), r| (sum + r.correlation, count + 1.0));
+        let correlation = if count > 0.0 { sum / count } else { 0.0 };
+        // The finest band may show little white noise beside much that neighbours share.
+        let is_white = verdict == Verdict::White && correlation < SHARED[1];
         // What the finest band says is exact for white noise, and too little for noise that neighbours share.
-        let shared = |correlation: f64| match verdict {
-            Verdict::White => 0.0,
-            _ => ((correlation - SHARED[0]) / (SHARED[1] - SHARED[0])).clamp(0.0, 1.0),
+        let shared = |correlation: f64| match is_white {
+            true => 0.0,
+            false => ((correlation - SHARED[0]) / (SHARED[1] - SHARED[0])).clamp(0.0, 1.0),
         };
         let log_relative = |region: usize| {
             let (statistics, reading) = (statistics.regions[region].as_ref()?, readings[region].as_ref()?);
             let tail = tails[regions.component[region] as usize];
-            noisy[region].then_some(statistics[0] + tail.max(shared(reading.correlation) * reading.log_excess))
+            let log = statistics[0] + tail.max(shared(reading.correlation) * reading.log_excess);
+            (noisy[region] && log > NONE.ln()).then_some(log)
         };
         let relative: Vec<Option<f64>> = (0..readings.len()).map(log_relative).collect();
         let of_region = shrunken(&relative, &edges, &regions);
         let mut relative = spread(surface, &regions, &of_region, &statistics.local_edge);
-        let weights: Vec<f64> = of_region.iter().map(|l| if l.is_some() { 1.0 } else { 0.0 }).collect();
-        let correlation =
-            readings.iter().zip(&weights).filter_map(|(r, w)| r.as_ref().map(|r| (r.correlation * w, *w)));
-        let (sum, count) = correlation.fold((0.0, 0.0), |(a, b), (x, w)| (a + x, b + w));
-        let correlation = if count > 0.0 { sum / count } else { 0.0 };
         let mut edge = statistics.local_edge;
         let mean = mean(&edge);
         edge.iter_mut().filter(|edge| edge.is_nan() || **edge <= 0.0).for_each(|edge| *edge = mean);
-        let correlation = match verdict {
-            Verdict::White => 0,
-            _ => steps_of_correlation(surface, connectivity, correlation),
-        };
+        let correlation = if is_white { 0 } else { steps_of_correlation(surface, connectivity, correlation) };
         let stiffness = if correlation == 0 { stiffness(&statistics.regions, &regions) } else { vec![0.0; edge.len()] };
         let unknown = regions.vertices.iter().zip(&readings).filter(|(_, reading)| reading.is_none());
         let unmeasured = unknown.map(|(members, _)| members.len()).sum::<usize>() as f64 / relative.len().max(1) as f64;
@@ -150,7 +178,8 @@ impl NoiseField {
         }
         let half_step = half_step(steps, &relative, &edge);
         let outliers = outliers::outliers(surface, &statistics::local_edges(surface, surface.positions()));
-        let mut field = Self { relative, edge, stiffness, correlation, half_step, outliers, unmeasured, is_measured: true };
+        let mut field =
+            Self { relative, edge, stiffness, correlation, half_step, outliers, unmeasured, is_measured: true };
         let typical = field.typical();
         if typical > 0.0 {
             // Nothing holds an outlier but its neighbours.
@@ -320,14 +349,15 @@ fn noisy_regions(
 
 /// True for roughness that has bumps or pits all over, but not both alike, as no sensor errs: the pores of a sponge.
 fn is_one_sided(statistics: &[Option<[f64; statistics::COUNT]>]) -> bool {
-    /// Fraction of the regions that lean to the same side.
-    const MOST: f64 = 0.9;
-    /// Number of regions from which that is no chance.
-    const FEWEST: usize = 10;
-    let count = statistics.iter().flatten().count();
-    let outwards = statistics.iter().flatten().filter(|s| s[statistics::SKEWNESS] > 0.0).count();
-    let inwards = statistics.iter().flatten().filter(|s| s[statistics::SKEWNESS] < 0.0).count();
-    count >= FEWEST && outwards.max(inwards) as f64 >= MOST * count as f64
+    /// Fraction of the regions that lean to the same side. Noisy machine parts have creases on one side in some of them.
+    const MOST: f64 = 0.75;
+    /// Difference of the two numbers in its standard deviations by chance.
+    const CERTAIN: f64 = 3.0;
+    let to_side =
+        |side: f64| statistics.iter().flatten().filter(|s| side * s[statistics::SKEWNESS] > 0.0).count() as f64;
+    let (outwards, inwards) = (to_side(1.0), to_side(-1.0));
+    let count = outwards + inwards;
+    outwards.max(inwards) >= MOST * count && (outwards - inwards).abs() > CERTAIN * count.sqrt()
 }
 
 /// Logarithm of the deviation over what the median of the finest band says where few vertices are hit, one for each component. The

@@ -84,10 +84,7 @@ impl Candidate {
     /// Whether the candidate is for noise that is not white: it smooths more than that calls for, or, as the filter of normals
     /// does, leaves facets whose normals alternate, of which the estimated risk sees little.
     fn is_for_shared_noise(self) -> bool {
-        matches!(
-            self,
-            Self::FlatStrong | Self::CreasesStrong | Self::SmoothStrong | Self::LinearWide | Self::Bilateral
-        )
+        matches!(self, Self::FlatStrong | Self::CreasesStrong | Self::SmoothStrong | Self::LinearWide | Self::Bilateral)
     }
 
     /// Algorithm with its settings. Strengths were found on a dozen and a half meshes, from machine parts to animals.
@@ -153,7 +150,7 @@ fn filter_normals(
 ) -> Result<Vec<DVec3>, Cancelled> {
     let Problem { connectivity, constraint, noise, .. } = *problem;
     let mesh = &connectivity.mesh;
-    let mut f2 = *filter; if let Ok(v) = std::env::var("ZZ_VI") { f2.vertex_update.iterations = v.parse().unwrap(); } if let Ok(v) = std::env::var("ZZ_CL") { f2.vertex_update.closeness = v.parse().unwrap(); } if let Ok(v) = std::env::var("ZZ_NI") { f2.iterations = v.parse().unwrap(); } let filter = &f2; let normals = bilateral_normals::filtered(mesh, FaceGeometry::of(mesh, input), filter, progress)?;
+    let normals = bilateral_normals::filtered(mesh, FaceGeometry::of(mesh, input), filter, progress)?;
     let fixed = noise.relative.iter().map(|sigma| *sigma == 0.0).collect();
     let mut updater = Updater::holding(fixed, input, mesh, filter.vertex_update);
     updater.follow(&normals, progress)?;

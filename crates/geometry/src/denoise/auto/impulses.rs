@@ -3,7 +3,7 @@
 //! The heights of the vertices over the estimate are a mixture of two Gaussians about zero, little noise and much. Expectation–
 //! maximisation finds their deviations and shares (Arthur Dempster, Nan Laird, Donald Rubin. Maximum likelihood from incomplete
 //! data via the EM algorithm. Journal of the Royal Statistical Society B 39 (1), 1977). A vertex then has the mean of the two
-//! variances, weighed by the odds of its height.
+//! weights, the inverse variances, by the odds of its height.
 
 use super::candidates::Candidate;
 use crate::denoise::map::Problem;
@@ -12,17 +12,28 @@ use glam::DVec3;
 
 /// Estimates of the surface: the first one is by the same deviation for all vertices, the second by what that has shown.
 const ROUNDS: usize = 2;
+/// Number of lazy umbrella steps over which the heights around a vertex are averaged: four edges.
+const AROUND: usize = 32;
 /// Candidate that makes the estimates.
 const PILOT: Candidate = Candidate::Mixed;
 
-/// Deviation of each vertex (#V, local edges), where few vertices have most of the noise; `None` elsewhere.
+/// Noise of which few vertices have most.
+pub(super) struct Impulses {
+    /// Deviation of each vertex, local edges. #V
+    pub(super) relative: Vec<f64>,
+    /// Share of the noisy vertices that are hit, 0..=1.
+    pub(super) share: f64,
+}
+
+/// Finds the noise of each vertex, where few vertices have most of it; `None` elsewhere.
 pub(super) fn by_vertex(
     problem: &Problem,
     input: &[DVec3],
     progress: &dyn Progress,
-) -> Result<Option<Vec<f64>>, Cancelled> {
+) -> Result<Option<Impulses>, Cancelled> {
     let Problem { connectivity, constraint, noise, .. } = *problem;
     let mut found = noise.clone();
+    let mut share = 0.0;
     for _ in 0..ROUNDS {
         let problem = Problem::new(connectivity, constraint, &found);
         let guess = problem.guess(input, progress)?;
@@ -30,28 +41,36 @@ pub(super) fn by_vertex(
         let estimate: Vec<DVec3> = input.iter().zip(&offsets).map(|(p, offset)| *p + *offset).collect();
         let normals = connectivity.vertex_normals(&estimate);
         let height = |v: usize| offsets[v].dot(normals[v]) / (noise.edge[v] * noise.relative[v]);
-        let heights: Vec<Option<f64>> =
-            (0..input.len()).map(|v| (noise.relative[v] > 0.0).then(|| height(v))).collect();
-        let Some(mixture) = Mixture::of(&heights.iter().flatten().copied().collect::<Vec<f64>>()) else {
+        let is_noisy = |v: &usize| noise.relative[*v] > 0.0;
+        let heights: Vec<f64> = (0..input.len()).map(|v| if is_noisy(&v) { height(v) } else { 0.0 }).collect();
+        // Noise that is more in some places than in others is a mixture, too, but not one of neighbours.
+        let mut around: Vec<DVec3> = heights.iter().map(|height| DVec3::X * height.abs()).collect();
+        for _ in 0..AROUND {
+            around = connectivity.umbrella.lazy_step(&around);
+        }
+        let scaled = |v: usize| if around[v].x > 0.0 { heights[v] / around[v].x } else { 0.0 };
+        let Some(mixture) = TwoGaussians::of(&(0..input.len()).filter(is_noisy).map(scaled).collect::<Vec<f64>>())
+        else {
             return Ok(None);
         };
-        for ((found, relative), height) in found.relative.iter_mut().zip(&noise.relative).zip(heights) {
-            *found = height.map_or(0.0, |height| relative * mixture.variance(height).sqrt());
+        share = mixture.share;
+        for v in (0..input.len()).filter(is_noisy) {
+            found.relative[v] = noise.relative[v] * around[v].x.max(0.0) * mixture.variance(scaled(v)).sqrt();
         }
     }
-    Ok(Some(found.relative))
+    Ok(Some(Impulses { relative: found.relative, share }))
 }
 
 /// Two Gaussians about zero.
 #[derive(Clone, Copy, Debug)]
-struct Mixture {
+struct TwoGaussians {
     /// Variances, the smaller one first.
     variances: [f64; 2],
     /// Share of the second Gaussian, 0..=1.
     share: f64,
 }
 
-impl Mixture {
+impl TwoGaussians {
     /// The most probable mixture, if it is one of many values with little noise and few with much.
     fn of(values: &[f64]) -> Option<Self> {
         /// Steps of the search; each changes less than the one before.
@@ -90,10 +109,10 @@ impl Mixture {
         self.share / (self.share + (1.0 - self.share) * ratio)
     }
 
-    /// Mean of the two variances by the odds of a value.
+    /// Variance by which a value is to be weighed: the inverse of the mean weight by the odds of the value.
     fn variance(&self, value: f64) -> f64 {
         let odds = self.odds(value * value);
-        (1.0 - odds) * self.variances[0] + odds * self.variances[1]
+        1.0 / ((1.0 - odds) / self.variances[0] + odds / self.variances[1])
     }
 }
 
@@ -104,17 +123,20 @@ mod tests {
 
     #[test]
     fn few_values_with_much_noise_are_told_from_the_others() {
-        let values: Vec<f64> =
-            gaussians(4000, 3).iter().enumerate().map(|(i, g)| if i % 5 == 0 { 5.0 * g.x } else { 0.2 * g.y }).collect();
-        let found = Mixture::of(&values).unwrap();
+        let values: Vec<f64> = gaussians(4000, 3)
+            .iter()
+            .enumerate()
+            .map(|(i, g)| if i % 5 == 0 { 5.0 * g.x } else { 0.2 * g.y })
+            .collect();
+        let found = TwoGaussians::of(&values).unwrap();
         let [little, much] = found.variances.map(f64::sqrt);
         assert!((little / 0.2 - 1.0).abs() < 0.05 && (much / 5.0 - 1.0).abs() < 0.1, "{found:?}");
         assert!((found.share - 0.2).abs() < 0.03, "{found:?}");
         assert!(found.variance(0.1).sqrt() < 0.25 && found.variance(8.0).sqrt() > 4.5);
         for same in [1e-8, 1.0, 1e8] {
             let white: Vec<f64> = gaussians(4000, 4).iter().map(|g| same * g.x).collect();
-            assert!(Mixture::of(&white).is_none());
+            assert!(TwoGaussians::of(&white).is_none());
         }
-        assert!(Mixture::of(&[]).is_none() && Mixture::of(&[0.0; 9]).is_none());
+        assert!(TwoGaussians::of(&[]).is_none() && TwoGaussians::of(&[0.0; 9]).is_none());
     }
 }

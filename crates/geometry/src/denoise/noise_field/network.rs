@@ -66,9 +66,8 @@ impl Network {
 
 impl Layer {
     fn outputs(&self, values: &[f64]) -> Vec<f64> {
-        let output = |(weights, bias): (&Vec<f64>, &f64)| {
-            weights.iter().zip(values).map(|(w, x)| w * x).sum::<f64>() + bias
-        };
+        let output =
+            |(weights, bias): (&Vec<f64>, &f64)| weights.iter().zip(values).map(|(w, x)| w * x).sum::<f64>() + bias;
         self.weights.iter().zip(&self.bias).map(output).collect()
     }
 }

@@ -7,6 +7,12 @@ pub(super) fn steps(positions: &[DVec3]) -> [Option<f64>; 3] {
     [0, 1, 2].map(|axis| step(positions.iter().map(|p| p[axis]).collect()))
 }
 
+/// Whether all axes were rounded to one grid, as numbers with few digits are.
+pub(super) fn is_one_grid(steps: [Option<f64>; 3]) -> bool {
+    let [Some(x), Some(y), Some(z)] = steps else { return false };
+    (x - y).abs().max((x - z).abs()) < 0.02 * x
+}
+
 /// Standard deviation along each normal (#V×3, unit) of what rounding to these steps takes away: each coordinate is off by up to
 /// half a step, all errors alike likely. #V, model units
 pub(super) fn deviations(steps: [Option<f64>; 3], normals: &[DVec3]) -> Vec<f64> {

@@ -2,6 +2,7 @@
 
 use super::statistics::COUNT;
 use super::*;
+use crate::denoise::noise_level::NoiseEstimate;
 use crate::mesh::shapes;
 use crate::mesh::synthetic_noise::{self, Direction, Noise};
 use crate::progress::Silent;
@@ -92,4 +93,52 @@ fn rounding_bounds_offsets_and_counts() {
     let mut offsets = vec![DVec3::new(0.02, 0.2, 0.0), DVec3::new(0.0, 0.2, 0.0)];
     assert_eq!(noise.bound(&mut offsets), 1);
     assert_eq!(offsets, [DVec3::new(0.01, 0.2, 0.0), DVec3::new(0.0, 0.2, 0.0)]);
+}
+
+#[test]
+fn rounding_to_one_grid_is_noise_and_a_grid_of_samples_is_none() {
+    let ball = shapes::sphere(5);
+    let edge = ball.mean_edge();
+    let rounded = |steps: [f64; 3]| {
+        let round = |p: &DVec3| DVec3::from_array([0, 1, 2].map(|k| (p[k] / steps[k]).round() * steps[k]));
+        ball.at(ball.positions().iter().map(round).collect())
+    };
+    let is_rounding = |surface: &Surface| {
+        let connectivity = Connectivity::of(surface);
+        let level = NoiseEstimate::of(surface, &connectivity, &Silent).unwrap();
+        NoiseField::is_rounding(surface, &connectivity, level.level.fine * level.mean_edge)
+    };
+    assert!(is_rounding(&rounded([0.3 * edge; 3])));
+    assert!(!is_rounding(&rounded([0.3 * edge, 0.3 * edge, 0.6 * edge])) && !is_rounding(&ball));
+    assert!(!is_rounding(&shapes::grid(40)));
+}
+
+#[test]
+fn little_white_noise_beside_much_that_neighbours_share_is_shared() {
+    let ball = shapes::sphere(5);
+    let connectivity = Connectivity::of(&ball);
+    let edge = ball.mean_edge();
+    let shared = NoiseField { correlation: 8, ..NoiseField::uniform(ball.positions().len(), 0.3, edge, 0.0) };
+    let (shared, white) = (shared.sample(&connectivity, 5), gaussians(ball.positions().len(), 6));
+    let lifted =
+        (0..).zip(ball.positions()).map(|(v, p): (usize, _)| *p * (1.0 + shared[v] + 0.05 * edge * white[v].x));
+    let found = measured(&ball.at(lifted.collect()), Verdict::White);
+    assert!(found.correlation > 0 && found.typical() > 0.1, "{} {}", found.correlation, found.typical());
+}
+
+#[test]
+fn terraces_are_as_uncertain_as_rounding_makes_them() {
+    let grid = shapes::grid(48);
+    let edge = 1.0 / 48.0;
+    let hill = |p: &DVec3| {
+        let z = 0.04 * (3.0 * p.x).sin() * (2.0 * p.y).cos();
+        DVec3::new(p.x, p.y, (z / edge).round() * edge)
+    };
+    let terraces = grid.at(grid.positions().iter().map(hill).collect());
+    let found = NoiseField::terraces(&terraces, &Connectivity::of(&terraces), 0.0).unwrap();
+    // The coordinates across are where it was sampled.
+    let sampled = found.half_step.x.is_infinite() && found.half_step.y.is_infinite();
+    assert!(sampled && found.half_step.z < 0.51 * edge && found.correlation > 0, "{}", found.half_step);
+    assert!(NoiseField::terraces(&grid, &Connectivity::of(&grid), 0.0).is_none());
+    assert!((found.typical() / 0.29 - 1.0).abs() < 0.3, "{}", found.typical());
 }
