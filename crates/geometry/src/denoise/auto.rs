@@ -349,6 +349,9 @@ fn assumed_noise(
         let sigma = level.level.sigma_as(white);
         return Ok((white, NoiseField::uniform(count, sigma, level.mean_edge, 0.0)));
     }
+    // A few hundred vertices are too few regions for the networks, and their coarse band is the curvature of the shape.
+    const FEW: usize = 400;
+    let is_white = is_white || white == Kind::Correlated && count < FEW;
     let verdict = if is_white && settings.kind.is_none_or(|kind| kind == white) {
         Verdict::White
     } else if settings.kind.is_some() || NoiseField::is_rounding(surface, connectivity, fine) {
