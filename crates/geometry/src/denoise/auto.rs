@@ -183,7 +183,12 @@ impl fmt::Display for DenoiseChoice {
             }
             Kind::None => write!(f, "no noise that could be told from the surface")?,
             _ if self.hit > 0.0 => {
-                write!(f, "noise on {:.0} % of the vertices, {:.3} local edges on all", 100.0 * self.hit, self.sigma)?;
+                let percent = (100.0 * self.hit).max(1.0);
+                write!(
+                    f,
+                    "noise that hits {percent:.0} % of the vertices, and {:.3} local edges at the others",
+                    self.sigma
+                )?;
             }
             Kind::Independent => write!(f, "noise of {:.3} local edges", self.sigma)?,
             Kind::Uneven => write!(f, "noise of about {:.3} local edges, uneven", self.sigma)?,
@@ -340,7 +345,7 @@ fn assumed_noise(
         return Ok((kind, NoiseField::uniform(count, sigma, level.mean_edge, stiffness)));
     }
     let fine = level.level.fine * level.mean_edge;
-    // White noise is told from a surface most surely by the finest band of the whole mesh, all other noise by the network.
+    // White noise is told from a surface most surely by the finest band of the whole mesh, all other noise by the networks.
     let is_white = matches!(white, Kind::Independent | Kind::Uneven);
     if white == Kind::Correlated && settings.kind.is_none() && is_range_image(surface) {
         if let Some(noise) = NoiseField::terraces(surface, connectivity, fine) {
@@ -351,7 +356,7 @@ fn assumed_noise(
     }
     // A few hundred vertices are too few regions for the networks, and their coarse band is the curvature of the shape.
     const FEW: usize = 400;
-    let is_white = is_white || white == Kind::Correlated && count < FEW;
+    let is_white = is_white || white == Kind::Correlated && settings.kind.is_none() && count < FEW;
     let verdict = if is_white && settings.kind.is_none_or(|kind| kind == white) {
         Verdict::White
     } else if settings.kind.is_some() || NoiseField::is_rounding(surface, connectivity, fine) {
@@ -361,9 +366,12 @@ fn assumed_noise(
     };
     let mut noise = NoiseField::measured(surface, connectivity, verdict, progress)?;
     if white == Kind::Uneven && verdict == Verdict::White && is_range_image(surface) {
-        // Most vertices of a depth image have less noise than those that the eye is drawn to, near edges and far away.
+        // The medians of the regions are too low where the noise of a depth camera is uneven, as one real frame showed; the tail of
+        // the whole mesh is not.
         let typical = noise.typical() * noise.mean_edge();
-        noise = noise.scaled((level.level.sigma_as(white) * level.mean_edge / typical).max(1.0));
+        if typical > 0.0 {
+            noise = noise.scaled((level.level.sigma_as(white) * level.mean_edge / typical).max(1.0));
+        }
     }
     if noise.unmeasured == 1.0 && verdict == Verdict::White {
         // A mesh of a few dozen vertices has no regions, but a finest band.

@@ -58,7 +58,7 @@ pub(super) enum Verdict {
 /// Number of lazy umbrella steps that smooth terraces away: six edges.
 const LAZY_STEPS_OVER_TERRACES: usize = 64;
 
-/// Deviation below which a region has no noise, local edges; it is what the network was taught.
+/// Deviation below which a region has no noise, local edges; it is what the networks were taught.
 const NONE: f64 = 0.004;
 
 /// Least deviation by which data are weighed, local edges: that of positions which are as good as exact.
@@ -88,13 +88,12 @@ impl NoiseField {
         // The other two are the places where heights were taken; these may lie on a grid as well.
         let mut steps = [None; 3];
         steps[axis] = Some(rounding::steps(positions)[axis]?);
-        let edge = statistics::local_edges(surface, positions);
+        let edge = without_gaps(statistics::local_edges(surface, positions));
         let deviations = rounding::deviations(steps, &connectivity.vertex_normals(positions));
         if fine >= median(deviations.clone()) {
             return None;
         }
-        let relative: Vec<f64> =
-            deviations.iter().zip(&edge).map(|(s, h)| if *h > 0.0 { s / h } else { 0.0 }).collect();
+        let relative: Vec<f64> = deviations.iter().zip(&edge).map(|(s, h)| s / h).collect();
         // The deviation of a coordinate from what it was before is a sawtooth: neighbours that are t steps apart have deviations
         // with the correlation 1 − 6 t (1 − t). How far they are apart shows where the terraces are smoothed away.
         let mut smoothed = positions.to_vec();
@@ -118,7 +117,8 @@ impl NoiseField {
     /// True for noise that is the rounding of all coordinates to one grid: the finest band shows as much as that makes. `fine` is its
     /// deviation, model units.
     pub(super) fn is_rounding(surface: &Surface, connectivity: &Connectivity, fine: f64) -> bool {
-        /// Least and largest ratio of the two deviations; between neighbours that were rounded alike, the band sees less.
+        /// Least and largest ratio of the two deviations. Between neighbours that were rounded alike the band sees less, and detail of
+        /// the surface adds to it.
         const RATIO: [f64; 2] = [0.4, 2.0];
         let steps = rounding::steps(surface.positions());
         if !rounding::is_one_grid(steps) {
@@ -163,9 +163,7 @@ impl NoiseField {
         let relative: Vec<Option<f64>> = (0..readings.len()).map(log_relative).collect();
         let of_region = shrunken(&relative, &edges, &regions);
         let mut relative = spread(surface, &regions, &of_region, &statistics.local_edge);
-        let mut edge = statistics.local_edge;
-        let mean = mean(&edge);
-        edge.iter_mut().filter(|edge| edge.is_nan() || **edge <= 0.0).for_each(|edge| *edge = mean);
+        let edge = without_gaps(statistics.local_edge);
         let correlation = if is_white { 0 } else { steps_of_correlation(surface, connectivity, correlation) };
         let stiffness = if correlation == 0 { stiffness(&statistics.regions, &regions) } else { vec![0.0; edge.len()] };
         let unknown = regions.vertices.iter().zip(&readings).filter(|(_, reading)| reading.is_none());
@@ -283,6 +281,13 @@ fn half_step(steps: [Option<f64>; 3], relative: &[f64], edge: &[f64]) -> DVec3 {
         _ => f64::INFINITY,
     });
     DVec3::from_array(half)
+}
+
+/// Lengths of local edges (#V, model units) with their mean where a vertex has none.
+fn without_gaps(mut edge: Vec<f64>) -> Vec<f64> {
+    let mean = mean(&edge);
+    edge.iter_mut().filter(|edge| edge.is_nan() || **edge <= 0.0).for_each(|edge| *edge = mean);
+    edge
 }
 
 /// Mean of the positive values; 0 without any.

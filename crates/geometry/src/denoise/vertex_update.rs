@@ -148,7 +148,7 @@ impl<'a> Updater<'a> {
         Self::holding(fixed, surface.positions(), mesh, settings)
     }
 
-    /// The same for vertices at `input`, of which those that are `fixed` (#V) stay.
+    /// An updater of vertices at `input` (#V×3, model units), of which those that are `fixed` (#V) stay; the boundary is not looked at.
     pub(super) fn holding(
         mut fixed: Vec<bool>,
         input: &'a [DVec3],

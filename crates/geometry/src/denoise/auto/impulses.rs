@@ -75,7 +75,7 @@ impl TwoGaussians {
     fn of(values: &[f64]) -> Option<Self> {
         /// Steps of the search; each changes less than the one before.
         const STEPS: usize = 50;
-        /// Least ratio of the two variances: creases, where estimates err more, make it four or so.
+        /// Least ratio of the two variances, three in the deviations: less may be an estimate that errs more at creases.
         const LEAST_RATIO: f64 = 9.0;
         let mean = values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64;
         if mean.is_nan() || mean <= 0.0 {

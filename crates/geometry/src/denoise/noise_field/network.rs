@@ -24,7 +24,7 @@ pub(super) struct Network {
     /// Mean evidence of the regions of a connected component from which it is noisy.
     pub(super) component_threshold: f64,
     /// Mean evidence of the quarter of the regions with the most of it, from which a component is noisy in parts. Of a hundred
-    /// clean shapes three are above one of the two thresholds.
+    /// clean shapes two are above one of the two thresholds.
     pub(super) quarter_threshold: f64,
     mean: Vec<f64>,
     deviation: Vec<f64>,

@@ -5,6 +5,7 @@ use super::*;
 use crate::denoise::noise_level::NoiseEstimate;
 use crate::mesh::shapes;
 use crate::mesh::synthetic_noise::{self, Direction, Noise};
+use crate::mesh::topology::Topology;
 use crate::progress::Silent;
 
 fn white(clean: &Surface, sigma: f64) -> Surface {
@@ -141,4 +142,16 @@ fn terraces_are_as_uncertain_as_rounding_makes_them() {
     assert!(sampled && found.half_step.z < 0.51 * edge && found.correlation > 0, "{}", found.half_step);
     assert!(NoiseField::terraces(&grid, &Connectivity::of(&grid), 0.0).is_none());
     assert!((found.typical() / 0.29 - 1.0).abs() < 0.3, "{}", found.typical());
+}
+
+#[test]
+fn a_vertex_without_faces_has_finite_noise_on_terraces() {
+    let grid = shapes::grid(24);
+    let mut positions: Vec<DVec3> =
+        grid.positions().iter().map(|p| DVec3::new(p.x, p.y, (0.1 * p.x * 24.0).round() / 24.0)).collect();
+    positions.push(DVec3::ZERO);
+    let topology = Topology::new(positions.len(), grid.topology().faces().clone());
+    let terraces = Surface::new(topology, positions);
+    let found = NoiseField::terraces(&terraces, &Connectivity::of(&terraces), 0.0).unwrap();
+    assert!(found.sigma().all(|sigma| sigma.is_finite() && sigma > 0.0));
 }
