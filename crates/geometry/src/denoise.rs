@@ -14,6 +14,7 @@ mod heights;
 mod implicit;
 mod l0;
 mod laplacian;
+mod learned;
 pub mod limits;
 mod map;
 mod method;
@@ -39,6 +40,7 @@ pub use heights::{HeightField, HeightResidual};
 pub use implicit::{Implicit, Solver};
 pub use l0::L0;
 pub use laplacian::{Boundary, EdgeWeights, Laplacian};
+pub use learned::{FaceSamples, Learned, LearnedWeights, WeightsError, samples as learned_samples};
 pub use map::{Map, Prior, PriorName};
 pub use method::{MethodInfo, Reference};
 pub use noise_field::{RegionSample, samples as noise_samples};
@@ -110,6 +112,7 @@ methods! {
     L0,
     TgvNormals,
     Map,
+    Learned,
     Auto,
 }
 

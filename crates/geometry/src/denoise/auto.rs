@@ -12,13 +12,15 @@
 //!
 //! Noise along the normals, as that of scanners, leaves the tangential positions of vertices alone. The finest band says how
 //! much tangential noise there can be at most, and the data terms of the candidates are stiffer in tangential directions
-//! accordingly. Spikes of single vertices are no data; noise of coordinates that were rounded stays within half a step.
+//! accordingly. The mixture and the learned filter are then put together by a network of that filter (see `auto/with_learned.rs`),
+//! unless settings tell what the noise is or which candidates to take. Spikes of single vertices are no data; noise of coordinates that were rounded stays within half a step.
 
 mod candidates;
 mod evaluate;
 mod impulses;
 mod subsample;
 mod sure;
+mod with_learned;
 
 pub use candidates::Candidate;
 
@@ -41,6 +43,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use subsample::{PatchSizes, subsample};
+use with_learned::with_learned;
 
 /// Settings of [`Denoiser::Auto`](super::Denoiser::Auto).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -75,6 +78,16 @@ impl Default for Auto {
             motion: Motion::Free,
             boundary: Boundary::Free,
         }
+    }
+}
+
+impl Auto {
+    /// How far the learned filter has a say, 0..=1: not at all where settings tell the noise or the candidates, of which it knows
+    /// nothing, and the less the farther the strength is from 1, for which it was trained.
+    fn trust_in_learned(&self) -> f64 {
+        let is_told =
+            self.noise.is_some() || self.noise_across.is_some() || self.kind.is_some() || self.candidates.is_some();
+        if is_told || self.boundary == Boundary::Fixed { 0.0 } else { (1.0 - (self.strength - 1.0).abs()).max(0.0) }
     }
 }
 
@@ -286,8 +299,23 @@ pub fn choose(
     connectivity.unfold(&data, &mut mixed, &noise);
     let bounded = noise.bound(&mut mixed);
     let mut deltas = connectivity.undo_flips(&data, mixed, &noise);
+    let mut learned_share = 0.0;
+    let trust = settings.trust_in_learned();
+    // Where few vertices were hit, or heights rounded, the estimate knows more of the noise than the filter was told.
+    let is_known_better = hit > 0.0 || noise.correlation > 0 && noise.half_step.min_element().is_finite();
+    if is_noisy && trust > 0.0 && !is_known_better && candidates != [Candidate::Stay] {
+        let cleaned = surface.at(data.clone());
+        if let Some(found) = with_learned(&cleaned, &connectivity, &noise, &deltas, progress)? {
+            learned_share = trust * found.share;
+            deltas.iter_mut().zip(found.deltas).for_each(|(delta, learned)| *delta = delta.lerp(learned, trust));
+        }
+    }
     for &(v, p) in &noise.outliers {
         deltas[v as usize] += input[v as usize] - p;
+    }
+    if learned_share > 0.0 {
+        shares.iter_mut().for_each(|share| share.share *= 1.0 - learned_share);
+        shares.push(CandidateShare { candidate: Candidate::Learned, share: learned_share, risk_gap: None });
     }
     shares.sort_by(|a, b| b.share.total_cmp(&a.share));
     let choice = DenoiseChoice {

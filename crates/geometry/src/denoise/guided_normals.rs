@@ -228,6 +228,29 @@ impl Guidance {
     }
 }
 
+/// Guidance normals for filters that are guided by consistent patches as well.
+pub(super) struct PatchGuidance(Patches);
+
+impl PatchGuidance {
+    pub(super) fn of(mesh: &TriangleMesh) -> Self {
+        Self(Patches::of(mesh))
+    }
+
+    /// Guidance normal of each face, and the inconsistency H of its own patch and of the one that gives the guidance. #T
+    pub(super) fn of_geometry(&self, geometry: &FaceGeometry) -> (Vec<DVec3>, Vec<[f32; 2]>) {
+        let Self(patches) = self;
+        let mut guidance = Guidance::new(patches);
+        guidance.update(patches, geometry);
+        let score = |f: Index| guidance.patches[f as usize].0 as f32;
+        let scores = |f: Index| {
+            let least = patches.members.get(f).iter().map(|&g| score(g)).fold(f32::INFINITY, f32::min);
+            [score(f), least]
+        };
+        let scores = (0..patches.members.len() as Index).into_par_iter().with_min_len(1024).map(scores).collect();
+        (guidance.normals, scores)
+    }
+}
+
 /// The normals of a patch, coordinate by coordinate, so that each is compared with the others two at a time.
 #[derive(Default)]
 struct PatchNormals {

@@ -3,6 +3,7 @@
 use crate::denoise::bilaplacian::LocalStrength;
 use crate::denoise::bilateral_normals::{self, BilateralNormals};
 use crate::denoise::face_geometry::FaceGeometry;
+use crate::denoise::learned;
 use crate::denoise::map::{Prior, Problem};
 use crate::denoise::noise_level::Kind;
 use crate::denoise::vertex_update::Updater;
@@ -44,6 +45,8 @@ named! {
         LinearStrong = "linear-strong",
         /// Linear smoothing over wide neighbourhoods: for noise that neighbours share.
         LinearWide = "linear-wide",
+        /// The learned filter. By default it has the last word on the mixture of the others; told by name, it is one of them.
+        Learned = "learned",
         /// The mesh as it is.
         Stay = "stay",
     }
@@ -66,6 +69,8 @@ pub(super) enum Algorithm {
     Map(Prior),
     /// The bilateral filter of the face normals, whatever the noise.
     BilateralNormals(BilateralNormals),
+    /// The learned filter, whatever the noise.
+    Learned,
 }
 
 impl Candidate {
@@ -75,10 +80,17 @@ impl Candidate {
         match kind {
             Kind::None => vec![Self::Stay],
             Kind::Correlated => {
-                all.filter(|c| !matches!(c, Self::Sharp | Self::Detail | Self::LinearFaint | Self::Stay)).collect()
+                let unsuited = |c: &Self| matches!(c, Self::Sharp | Self::Detail | Self::LinearFaint);
+                all.filter(|c| !unsuited(c) && !c.is_apart()).collect()
             }
-            Kind::Independent | Kind::Uneven => all.filter(|c| !c.is_for_shared_noise() && *c != Self::Stay).collect(),
+            Kind::Independent | Kind::Uneven => all.filter(|c| !c.is_for_shared_noise() && !c.is_apart()).collect(),
         }
+    }
+
+    /// Whether the candidate is none of those that are mixed by their estimated errors: nothing to do, and the learned filter, which
+    /// joins afterwards.
+    fn is_apart(self) -> bool {
+        matches!(self, Self::Stay | Self::Learned)
     }
 
     /// Whether the candidate is for noise that is not white: it smooths more than that calls for, or, as the filter of normals
@@ -103,6 +115,7 @@ impl Candidate {
             Self::CreasesStrong => strong(Prior::CREASES),
             Self::SmoothStrong => strong(Prior::SMOOTH),
             Self::Bilateral => Algorithm::BilateralNormals(BilateralNormals::default()),
+            Self::Learned => Algorithm::Learned,
             Self::LinearFaint => linear(16.0),
             Self::LinearLight => linear(40.0),
             Self::Linear => linear(100.0),
@@ -137,6 +150,11 @@ impl Candidate {
             }
             Algorithm::Map(prior) => problem.estimate(input, guess, &prior, progress),
             Algorithm::BilateralNormals(filter) => filter_normals(problem, input, &filter, progress),
+            Algorithm::Learned => {
+                let fixed = problem.noise.relative.iter().map(|sigma| *sigma == 0.0).collect();
+                let deltas = learned::filtered(input, &problem.connectivity.mesh, fixed, progress)?;
+                Ok(deltas.iter().enumerate().map(|(v, delta)| problem.constraint.projected(v, -*delta)).collect())
+            }
         }
     }
 }

@@ -44,7 +44,10 @@ fn noise_along_the_normals_is_told_from_noise_in_all_directions() {
     let ball = shapes::sphere(4);
     let clean = ball.at(ball.positions().iter().map(|p| p.clamp(DVec3::splat(-0.75), DVec3::splat(0.75))).collect());
     let left = |noisy: &Surface, across: Option<f64>| {
-        let (deltas, choice) = choose(noisy, &Auto { noise_across: across, ..Auto::default() }, &Silent).unwrap();
+        // The candidates of white noise without the learned filter, which is not told what the noise is.
+        let candidates = Some(Candidate::suited_to(Kind::Independent));
+        let settings = Auto { noise_across: across, candidates, ..Auto::default() };
+        let (deltas, choice) = choose(noisy, &settings, &Silent).unwrap();
         let result = noisy.moved_by(&deltas);
         (off(&clean, &result), choice)
     };

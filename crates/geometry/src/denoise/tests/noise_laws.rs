@@ -69,9 +69,11 @@ fn expected(denoiser: &Denoiser) -> Expected {
         // No noise is found where there is none. On the sphere the prior for creases leaves 1.9° in noise of 0.1 and 1.6° in
         // noise of 0.2.
         Denoiser::Map(_) => Expected { left: [0.25, 0.12, 0.35], grows: 0.8, ..USUAL },
-        // On each surface the best of several priors and of linear smoothing is taken. Of what is left on the sphere, 0.9° in noise of
-        // 0.1 and 0.8° in noise of 0.2, a tenth is chance.
-        Denoiser::Auto(_) => Expected { left: [0.14, 0.1, 0.19], grows: 0.9, ..USUAL },
+        // Few training shapes are as coarse as this sphere: of light noise on it, it is not sure.
+        Denoiser::Learned(_) => Expected { left: [0.42, 0.2, 0.3], still: [0.02; 3], grows: 0.38, ..USUAL },
+        // The learned filter has the last word, and is not sure of light noise on so coarse a sphere: the mixture alone leaves a
+        // seventh there.
+        Denoiser::Auto(_) => Expected { left: [0.26, 0.1, 0.19], grows: 0.4, ..USUAL },
     }
 }
 
