@@ -136,7 +136,7 @@ const NORMALS: &str =
 #[derive(Args, Debug)]
 pub(crate) struct BakeArgs {
     /// The noisy mesh
-    #[arg(value_name = "IN.obj")]
+    #[arg(value_name = "MESH")]
     pub(crate) input: PathBuf,
     /// Folder for the results; created if missing [default: ./NAME-planish]
     #[arg(short, long, value_name = "DIR")]
@@ -146,7 +146,7 @@ pub(crate) struct BakeArgs {
     #[command(flatten, next_help_heading = "Denoising")]
     pub(crate) welding: WeldArgs,
     /// Bake the displacement to this mesh instead: the result of any other denoiser, with the same vertices in the same order
-    #[arg(long, value_name = "DENOISED.obj", help_heading = "Denoising")]
+    #[arg(long, value_name = "DENOISED", help_heading = "Denoising")]
     #[arg(conflicts_with_all = method::options())]
     pub(crate) target: Option<PathBuf>,
     /// Strength λ for the normal map and for the settings of other programs: 0 is noisy, 1 is denoised
@@ -201,13 +201,13 @@ pub(crate) struct ApplyArgs {
     #[arg(value_name = "MAP.planish.json")]
     pub(crate) manifest: PathBuf,
     /// The mesh that was baked, or its carrier [default: the carrier beside the manifest]
-    #[arg(long, value_name = "IN.obj")]
+    #[arg(long, value_name = "MESH")]
     pub(crate) mesh: Option<PathBuf>,
     /// Strength λ: 0 is noisy, 1 is denoised [default: from the manifest]
     #[arg(long, value_name = "L", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) lambda: Option<f64>,
     /// Output file for the displaced mesh
-    #[arg(short, long, value_name = "OUT.obj")]
+    #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
 }
 
@@ -217,17 +217,17 @@ pub(crate) struct CheckArgs {
     #[arg(value_name = "MAP.planish.json")]
     pub(crate) manifest: PathBuf,
     /// The mesh that was baked [default: the file that the manifest names]
-    #[arg(long, value_name = "IN.obj")]
+    #[arg(long, value_name = "MESH")]
     pub(crate) mesh: Option<PathBuf>,
 }
 
 #[derive(Args, Debug)]
 pub(crate) struct DenoiseArgs {
     /// The noisy mesh
-    #[arg(value_name = "IN.obj")]
+    #[arg(value_name = "MESH")]
     pub(crate) input: PathBuf,
     /// Output file for the denoised mesh
-    #[arg(short, long, value_name = "OUT.obj")]
+    #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
     #[command(flatten)]
     pub(crate) method: MethodArgs,
@@ -301,7 +301,7 @@ pub(crate) struct BenchQualityArgs {
 #[derive(Args, Debug)]
 pub(crate) struct InfoArgs {
     /// The mesh
-    #[arg(value_name = "IN.obj")]
+    #[arg(value_name = "MESH")]
     pub(crate) input: PathBuf,
     #[command(flatten)]
     pub(crate) welding: WeldArgs,

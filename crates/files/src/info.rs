@@ -8,7 +8,9 @@ use planish_geometry::map::map_size::{self, Spacing};
 use planish_geometry::map::{Coverage, Size};
 use planish_geometry::mesh::atlas::{AtlasError, Charts};
 use planish_geometry::progress::Progress;
+use planish_geometry::source::format::Format;
 use planish_geometry::source::materials;
+use planish_geometry::source::mesh_file::MeshFile;
 use planish_geometry::source::model::{Defects, Model};
 use planish_geometry::source::obj::Obj;
 use serde::Serialize;
@@ -22,15 +24,17 @@ const PROBE: u32 = 1024;
 pub struct Info {
     /// Path of the file as it was given.
     pub file: String,
+    /// Format of the file.
+    pub format: Format,
     /// Size of the file in bytes.
     pub bytes: usize,
-    /// Number of `v` lines.
+    /// Number of source vertices: `v` lines of an OBJ.
     pub vertex_lines: usize,
-    /// Number of `vt` lines.
+    /// Number of texture coordinates: `vt` lines of an OBJ.
     pub uv_lines: usize,
-    /// Number of `vn` lines.
+    /// Number of normals: `vn` lines of an OBJ.
     pub normal_lines: usize,
-    /// Number of `f` statements.
+    /// Number of faces: `f` statements of an OBJ.
     pub faces: usize,
     /// Number of triangles of the surface, after polygons are cut and useless faces dropped.
     pub triangles: usize,
@@ -50,6 +54,8 @@ pub struct Info {
     pub vertices_with_colour_or_w: usize,
     /// Number of statements that planish keeps and does not understand.
     pub other_statements: usize,
+    /// Contents besides the mesh, which are kept, each with its count.
+    pub contents: Vec<String>,
     /// Number of vertices after welding.
     pub vertices: usize,
     /// Number of edges of the surface.
@@ -113,12 +119,14 @@ pub fn inspect(path: &Path, model: &Model, progress: &dyn Progress) -> Result<In
     let topology = surface.topology();
     let defects = model.defects();
     let mut notes = notes(model, &defects);
+    notes.extend(model.source().file().map_or(&[][..], MeshFile::notes).iter().cloned());
     let layout = inspect_layout(model, progress, &mut notes)?;
     let materials = inspect_materials(path, model, &mut notes);
     let closed = defects.boundary_edges == 0 && defects.non_manifold_edges == 0;
     let extras = obj.map(|obj| obj.extras().clone()).unwrap_or_default();
     Ok(Info {
         file: path.display().to_string(),
+        format: model.source().format(),
         bytes: model.source().bytes().len(),
         vertex_lines: data.positions().len(),
         uv_lines: data.uvs().len(),
@@ -133,6 +141,7 @@ pub fn inspect(path: &Path, model: &Model, progress: &dyn Progress) -> Result<In
         points: extras.points,
         vertices_with_colour_or_w: extras.extended_vertices,
         other_statements: extras.other,
+        contents: model.source().file().map(MeshFile::contents).unwrap_or_default(),
         vertices: topology.vertex_count(),
         edges: topology.edges().len(),
         // An isolated vertex counts as a defect, not as a component.
@@ -191,7 +200,11 @@ fn notes(model: &Model, d: &Defects) -> Vec<String> {
         }
     };
     let first = |line: Option<u32>| line.map(|line| format!(", the first in line {line}")).unwrap_or_default();
-    note(welded, "`v` line is", "`v` lines are", " welded to another one at the same position".to_owned());
+    let (one, many) = match model.source().format() {
+        Format::Obj => ("`v` line is", "`v` lines are"),
+        _ => ("vertex is", "vertices are"),
+    };
+    note(welded, one, many, " welded to another one at the same position".to_owned());
     note(d.isolated_vertices, "vertex is", "vertices are", " used by no face".to_owned());
     note(d.boundary_edges, "edge has", "edges have", " one face only: the mesh is open there".to_owned());
     note(d.non_manifold_edges, "edge has", "edges have", " three faces or more".to_owned());
@@ -243,7 +256,8 @@ fn inspect_materials(path: &Path, model: &Model, notes: &mut Vec<String>) -> Vec
         let texture = found.and_then(|(m, library)| {
             let texture = m.diffuse_texture.clone()?;
             let path = library.parent().unwrap_or(Path::new("")).join(texture.replace('\\', "/"));
-            Some((texture, path.is_file()))
+            let inside = model.source().file().is_some_and(|file| file.embedded_texture(&texture).is_some());
+            Some((texture, inside || path.is_file()))
         });
         let library = found.map(|(_, library)| library.display().to_string());
         let (diffuse_texture, texture_found) = texture.unzip();

@@ -6,6 +6,8 @@ use planish_geometry::map::manifest::Manifest;
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Progress;
 use planish_geometry::source::Source;
+use planish_geometry::source::format::Format;
+use planish_geometry::source::mesh_file::MeshFile;
 use planish_geometry::source::model::Model;
 use planish_geometry::source::obj::Obj;
 use std::path::{Path, PathBuf};
@@ -23,7 +25,12 @@ pub fn read(path: &Path) -> Result<Vec<u8>, Failure> {
 
 /// Reads a mesh in any format that planish knows.
 pub fn source(path: &Path) -> Result<Source, Failure> {
-    Ok(obj(path)?.into())
+    Source::parse(read(path)?, format_of(path)).map_err(|e| Failure::at(path, e))
+}
+
+/// Format of a mesh that the name of a file stands for; `None` if its extension is that of no mesh.
+pub fn format_of(path: &Path) -> Option<Format> {
+    Format::of_extension(&path.extension()?.to_string_lossy())
 }
 
 /// Reads an OBJ file.
@@ -92,10 +99,13 @@ pub struct Library {
     pub bytes: Option<Vec<u8>>,
 }
 
-/// Reads the material libraries that a mesh names from the folder of the mesh.
+/// Reads the material libraries that a mesh names from the folder of the mesh. Materials inside the mesh file are a library at the
+/// path of the mesh.
 pub fn libraries(mesh: &Path, source: &Source) -> Vec<Library> {
     let folder = mesh.parent().unwrap_or(Path::new(""));
     let mut found: Vec<Library> = Vec::new();
+    let embedded = source.file().map(MeshFile::embedded_library).filter(|library| !library.is_empty());
+    found.extend(embedded.map(|bytes| Library { path: mesh.to_owned(), bytes: Some(bytes) }));
     let load = |name: &str| {
         let path = folder.join(name.replace('\\', "/"));
         let bytes = std::fs::read(&path).ok();

@@ -7,6 +7,7 @@ pub mod failure;
 pub mod info;
 pub mod input;
 pub mod map_files;
+pub mod mesh_output;
 pub mod method;
 pub mod output;
 pub mod terminal;

@@ -7,6 +7,7 @@ use crate::failure::Failure;
 use crate::input;
 use crate::output::Output;
 use planish_files::map_files::MapFiles;
+use planish_files::mesh_output;
 use planish_geometry::map::displace;
 use planish_geometry::progress::Progress as _;
 use serde::Serialize;
@@ -20,6 +21,11 @@ struct Applied {
     lambda: f64,
     vertices: usize,
     max_displacement: f64,
+    /// Largest distance between a displaced position and the one that the file holds, model units.
+    rounding: f64,
+    /// What the mesh has and the output does not.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    lost: Vec<String>,
 }
 
 pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
@@ -39,18 +45,21 @@ pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
     let moved = source.data().positions().iter().zip(&displaced).map(|(p, q)| p.distance(*q));
     let max_displacement = moved.fold(0.0, f64::max);
     console.stage("writing");
-    let bytes = source.with_positions(&displaced, None).map_err(|e| Failure::at(&mesh, e))?;
+    let file = mesh_output::write(&args.output, &source, &displaced, None);
     console.check()?;
-    let written = output.write(&bytes)?;
+    let written = output.write(&file.bytes)?;
+    mesh_output::warnings(&args.output, &source, &file, f64::INFINITY).iter().for_each(|w| console.warn(w));
     let report = Applied {
         output: written.display().to_string(),
         mesh: mesh.display().to_string(),
         lambda,
         vertices: displaced.len(),
         max_displacement,
+        rounding: file.rounding,
+        lost: file.lost,
     };
     console.report(&report, || {
-        let Applied { output, mesh, lambda, vertices, max_displacement } = &report;
+        let Applied { output, mesh, lambda, vertices, max_displacement, .. } = &report;
         format!(
             "wrote {output}\n  {vertices} vertices of {mesh} displaced with λ = {lambda}, by {} at most\n",
             measure(*max_displacement)

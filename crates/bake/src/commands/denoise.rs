@@ -4,11 +4,13 @@ use crate::args::DenoiseArgs;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::output::Output;
-use planish_files::{method, text};
+use planish_files::{mesh_output, method, text};
 use planish_geometry::denoise::limits::Outcome;
 use planish_geometry::denoise::{Denoising, DenoisingError, Moved, NormalField, auto};
 use planish_geometry::map::manifest::HeightsLoss;
 use planish_geometry::progress::Progress as _;
+use planish_geometry::source::format::Format;
+use planish_geometry::source::mesh_file::MeshFile;
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -31,6 +33,11 @@ struct Denoised {
     heights: Option<Heights>,
     #[serde(skip_serializing_if = "Option::is_none")]
     limits: Option<Outcome>,
+    /// Largest distance between a denoised position and the one that the file holds, model units.
+    rounding: f64,
+    /// What the input has and the output does not.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    lost: Vec<String>,
 }
 
 /// Difference between the surface that heights can express and the free result.
@@ -62,10 +69,10 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
     }
     console.stage("writing");
     let normals = args.update_normals.then(|| model.updated_file_normals(&denoised));
-    let bytes = model.source().with_positions(&model.weld().spread(&denoised), normals.as_deref());
-    let bytes = bytes.map_err(|e| Failure::at(&args.input, e))?;
+    let source = model.source();
+    let file = mesh_output::write(&args.output, source, &model.weld().spread(&denoised), normals.as_deref());
     console.check()?;
-    let written = output.write(&bytes)?;
+    let written = output.write(&file.bytes)?;
     let lengths = || deltas.iter().map(|d| d.length());
     let report = Denoised {
         output: written.display().to_string(),
@@ -78,17 +85,21 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
         max_displacement: lengths().fold(0.0, f64::max),
         heights: along.map(|(along, normals)| Heights { normals, loss: along.residual.into() }),
         limits,
+        rounding: file.rounding,
+        lost: file.lost.clone(),
     };
+    let notes = source.file().map_or(&[][..], MeshFile::notes);
+    notes.iter().for_each(|note| console.warn(&format!("{}: {note}", args.input.display())));
+    mesh_output::warnings(&args.output, source, &file, surface.mean_edge()).iter().for_each(|w| console.warn(w));
     if let Some(warning) = limits.as_ref().and_then(text::volume_not_restored) {
         console.warn(&warning);
     }
+    let normals_of_file = if source.format() == Format::Obj { "`vn` lines" } else { "normals of the vertices" };
     if model.data().normals().is_empty() && args.update_normals {
-        console.warn(&format!(
-            "{}: --update-normals has no effect, because there are no `vn` lines",
-            args.input.display()
-        ));
+        let input = args.input.display();
+        console.warn(&format!("{input}: --update-normals has no effect, because there are no {normals_of_file}"));
     } else if !model.data().normals().is_empty() && !args.update_normals {
-        console.warn("the `vn` lines still have the noisy normals; use --update-normals to update them");
+        console.warn(&format!("the {normals_of_file} are still those of the noisy mesh; use --update-normals to update them"));
     }
     console.report(&report, || text(&report));
     Ok(())

@@ -30,17 +30,8 @@ fn text(info: &Info) -> String {
             info.vertex_lines, info.uv_lines, info.normal_lines, info.faces, info.polygons
         ),
     );
-    let kept = [
-        count(info.objects, "object", "objects"),
-        count(info.groups, "group", "groups"),
-        count(info.smoothing_groups, "smoothing group", "smoothing groups"),
-        count(info.lines, "line", "lines"),
-        count(info.points, "point element", "point elements"),
-        count(info.other_statements, "other statement", "other statements"),
-    ];
-    let kept: Vec<_> = kept.into_iter().filter(|text| !text.starts_with("0 ")).collect();
-    if !kept.is_empty() {
-        line("also", kept.join(", "));
+    if !info.contents.is_empty() {
+        line("also", info.contents.join(", "));
     }
     if info.vertices_with_colour_or_w > 0 {
         line("", format!("{} with colours or w", count(info.vertices_with_colour_or_w, "vertex", "vertices")));

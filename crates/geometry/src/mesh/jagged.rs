@@ -32,6 +32,18 @@ impl<T> Ragged<T> {
         self.starts.push(self.items.len() as Index);
         self.items.len() - start as usize
     }
+    /// Ends the list that [`Self::extend_open`] has been filling if it has `least` items or more, else drops it. Returns whether it
+    /// was kept.
+    pub(crate) fn close_if(&mut self, least: usize) -> bool {
+        let start = self.starts[self.starts.len() - 1] as usize;
+        let kept = self.items.len() - start >= least;
+        if kept {
+            self.close();
+        } else {
+            self.items.truncate(start);
+        }
+        kept
+    }
     /// Number of lists.
     pub fn len(&self) -> usize {
         self.starts.len() - 1

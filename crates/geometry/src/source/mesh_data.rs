@@ -42,7 +42,7 @@ pub(crate) struct MaterialRun {
 ///
 /// A source vertex is one position as the source lists it; welding ([`weld`](crate::mesh::weld)) merges them into vertices.
 ///
-/// Invariant: positions are finite, faces have at least three corners, indices are in range, and there are fewer than
+/// Invariant: positions are finite (see [`Self::unplaced`]), faces have at least three corners, indices are in range, and there are fewer than
 /// 2³² − 1 elements of each kind. Readers guarantee it; arrays come through the checks of
 /// [`Arrays`](crate::source::Arrays).
 #[derive(Clone, Debug, Default)]
@@ -55,6 +55,7 @@ pub struct MeshData {
     pub(crate) face_lines: Vec<u32>,
     pub(crate) materials: Vec<Vec<u8>>,
     pub(crate) material_runs: Vec<MaterialRun>,
+    pub(crate) unplaced: Vec<Index>,
 }
 
 impl MeshData {
@@ -96,6 +97,33 @@ impl MeshData {
         let count = self.faces.len() as Index;
         let first = self.material_runs.first().map_or(count, |run| run.first_face);
         first > 0 || self.material_runs.iter().any(|run| run.material.is_none() && run.first_face < count)
+    }
+
+    /// Source vertices whose position in the file is not finite, in ascending order. No face uses them. They lie at the position of
+    /// a vertex that a face uses, and writers leave them as they are.
+    pub fn unplaced(&self) -> &[Index] {
+        &self.unplaced
+    }
+    /// Moves source vertices that are not finite to the first corner of the first face. Fails with a vertex that a face uses.
+    pub(crate) fn place_unused(&mut self) -> Result<(), Index> {
+        let absent = |v: &Index| !self.positions[*v as usize].is_finite();
+        let unplaced: Vec<Index> = (0..self.positions.len() as Index).filter(absent).collect();
+        if unplaced.is_empty() {
+            return Ok(());
+        }
+        if let Some(corner) = self.faces.items().iter().find(|corner| absent(&corner.position)) {
+            return Err(corner.position);
+        }
+        let place = self.faces.items().first().map_or(DVec3::ZERO, |corner| self.positions[corner.position as usize]);
+        unplaced.iter().for_each(|&v| self.positions[v as usize] = place);
+        self.unplaced = unplaced;
+        Ok(())
+    }
+    /// Returns whether writers should give a source vertex another position: it differs, be it in the sign
+    /// of a zero, and the vertex has one.
+    pub(crate) fn moves(&self, vertex: Index, to: DVec3) -> bool {
+        let bits = |p: DVec3| p.to_array().map(f64::to_bits);
+        bits(self.positions[vertex as usize]) != bits(to) && self.unplaced.binary_search(&vertex).is_err()
     }
 
     /// Returns the mesh with other texture coordinates (#vt×2, v up); `corners` has the index of one for each corner (#c).

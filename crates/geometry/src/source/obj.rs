@@ -10,6 +10,9 @@ mod scan;
 
 use crate::mesh::jagged::Index;
 use crate::source::MeshData;
+use crate::source::format::Format;
+use crate::source::mesh_file::MeshFile;
+use glam::DVec3;
 
 pub use parse::{ObjError, ObjErrorKind};
 pub(crate) use print::{print, print_carrier};
@@ -72,6 +75,39 @@ impl Obj {
     /// Contents of the file besides its mesh data.
     pub fn extras(&self) -> &Extras {
         &self.extras
+    }
+}
+
+impl MeshFile for Obj {
+    fn format(&self) -> Format {
+        Format::Obj
+    }
+    fn data(&self) -> &MeshData {
+        &self.data
+    }
+    fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+    fn with_positions(&self, positions: &[DVec3], normals: Option<&[DVec3]>) -> Vec<u8> {
+        Self::with_positions(self, positions, normals)
+    }
+    fn material_libraries(&self) -> &[Vec<u8>] {
+        &self.extras.material_libraries
+    }
+    fn contents(&self) -> Vec<String> {
+        let Extras { objects, groups, smoothing_groups, lines, points, other, .. } = self.extras;
+        [
+            (objects, "object", "objects"),
+            (groups, "group", "groups"),
+            (smoothing_groups, "smoothing group", "smoothing groups"),
+            (lines, "line", "lines"),
+            (points, "point element", "point elements"),
+            (other, "other statement", "other statements"),
+        ]
+        .into_iter()
+        .filter(|(count, ..)| *count > 0)
+        .map(|(count, one, many)| format!("{count} {}", if count == 1 { one } else { many }))
+        .collect()
     }
 }
 

@@ -77,7 +77,7 @@ impl Map {
 /// Kinds of files that can be opened.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// An OBJ mesh.
+    /// A mesh in any format that can be read.
     Mesh,
     /// The manifest of a map.
     Manifest,
@@ -87,9 +87,11 @@ pub enum Kind {
 
 /// Returns the kind of file that a path names, by its extension.
 pub fn kind(path: &Path) -> Option<Kind> {
+    if input::format_of(path).is_some() {
+        return Some(Kind::Mesh);
+    }
     let ending = path.extension()?.to_string_lossy().to_lowercase();
     match ending.as_str() {
-        "obj" => Some(Kind::Mesh),
         "json" => Some(Kind::Manifest),
         "png" | "exr" | "tif" | "tiff" => Some(Kind::Picture),
         _ => None,
@@ -114,7 +116,7 @@ pub fn load(path: &Path, progress: &dyn Progress) -> Result<(Document, Option<Ma
         Some(Kind::Manifest) => with_map(path, progress),
         Some(Kind::Picture) => with_map(&manifest_of(path)?, progress),
         None if path.is_dir() => Err(Failure::at(path, "is a directory, not a file")),
-        None => Err(Failure::at(path, "is neither a mesh (.obj) nor the manifest of a map (.planish.json)")),
+        None => Err(Failure::at(path, "is neither a mesh (.obj, .ply, .stl, .off, .glb, .gltf) nor the manifest of a map (.planish.json)")),
     }
 }
 

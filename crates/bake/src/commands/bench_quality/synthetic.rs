@@ -16,7 +16,6 @@ use planish_geometry::mesh::weld::Welding;
 use planish_geometry::metrics::{self, Comparison, Triangles};
 use planish_geometry::progress::Progress as _;
 use planish_geometry::source::model::Model;
-use planish_geometry::source::obj::Obj;
 use report::{Pair, Report, Row, Unmeasured};
 use serde::Serialize;
 use std::path::Path;
@@ -128,8 +127,7 @@ impl Input {
         let (model, remeshed) = match request.noise(mesh.seed(&request.name())) {
             Some(noise) => {
                 let made = NoisyMesh::new(clean, &noise)?;
-                // The file is read again: rounded vertices that meet are welded, as they would be for everybody.
-                (Model::new(Obj::parse(made.bytes).map_err(Refused::broken)?, Welding::Exact), made.clean)
+                (Model::new(made.read_again()?, Welding::Exact), made.clean)
             }
             None => (clean.clone(), None),
         };

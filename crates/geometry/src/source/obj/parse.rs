@@ -4,6 +4,8 @@ use super::scan::{self, Statement, Statements, Tokens};
 use super::{Extras, Obj};
 use crate::mesh::jagged::Index;
 use crate::source::mesh_data::MaterialRun;
+use crate::source::patch::lenient_number;
+use crate::source::read_error::shown;
 use crate::source::{Corner, MeshData};
 use glam::DVec2;
 use std::ops::Range;
@@ -79,12 +81,6 @@ pub enum ObjErrorKind {
 
 /// Number of bytes at the start of a file that are searched for a NUL, the sign of a binary file.
 const SNIFFED: usize = 4096;
-
-/// Text of a token for an error message, cut to 40 characters and escaped.
-fn shown(token: &[u8]) -> String {
-    let text: String = String::from_utf8_lossy(token).chars().take(40).collect();
-    text.escape_debug().to_string()
-}
 
 /// Largest index of one kind so far. It is checked when all lines are known, because faces may come before vertices.
 #[derive(Default)]
@@ -314,15 +310,7 @@ fn integer(text: &[u8]) -> Option<i64> {
 /// Parses a number of a `vt` or `vn` line; every spelling of NaN becomes NaN. Exporters write it there, and a mesh with broken
 /// shading can still be denoised.
 fn lenient(token: &[u8]) -> Result<f64, ObjErrorKind> {
-    fast_float2::parse(token).or_else(|_| {
-        let text = token.to_ascii_lowercase();
-        let broken = [&b"nan"[..], b"inf", b"#ind", b"#qnan", b"#snan"];
-        if broken.iter().any(|word| memchr::memmem::find(&text, word).is_some()) {
-            Ok(f64::NAN)
-        } else {
-            Err(ObjErrorKind::NotANumber(shown(token)))
-        }
-    })
+    lenient_number(token).ok_or_else(|| ObjErrorKind::NotANumber(shown(token)))
 }
 
 /// Returns an error if 32 bits cannot count so many elements.

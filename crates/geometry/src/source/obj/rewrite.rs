@@ -1,38 +1,13 @@
 //! Writers that copy the bytes of an OBJ file and replace some of its tokens.
 
 use super::Obj;
-use super::print::{carrier_corner, push_attributes, push_corner, push_line, push_number};
+use super::print::{carrier_corner, push_attributes, push_corner, push_line};
 use super::scan::{self, Statement, Statements, Tokens};
 use crate::mesh::jagged::Index;
 use crate::source::Corner;
 use crate::source::materials::CARRIER_MATERIAL;
+use crate::source::patch::{Patch, push_number};
 use glam::{DVec3, Vec2, Vec3};
-use std::ops::Range;
-
-/// Copy of a file in the making, where byte ranges are replaced in ascending order.
-struct Patch<'a> {
-    source: &'a [u8],
-    copied: usize,
-    out: Vec<u8>,
-}
-
-impl<'a> Patch<'a> {
-    fn new(source: &'a [u8]) -> Self {
-        // Numbers in full precision are longer than those that most exporters write.
-        let out = Vec::with_capacity(source.len() + source.len() / 2);
-        Self { source, copied: 0, out }
-    }
-    /// Copies all bytes before `range`, skips `range`, and returns the output, to which the replacement is appended.
-    fn replace(&mut self, range: Range<usize>) -> &mut Vec<u8> {
-        self.out.extend_from_slice(&self.source[self.copied..range.start]);
-        self.copied = range.end;
-        &mut self.out
-    }
-    fn finish(mut self) -> Vec<u8> {
-        self.out.extend_from_slice(&self.source[self.copied..]);
-        self.out
-    }
-}
 
 /// Line ending of a file. A wrong one would join lines: after a line feed, lone carriage returns end no line any more.
 fn end_of_line(bytes: &[u8]) -> &'static [u8] {
@@ -45,7 +20,7 @@ fn end_of_line(bytes: &[u8]) -> &'static [u8] {
 
 /// Replaces those of the first three numbers of a statement whose bits differ.
 fn replace_numbers(patch: &mut Patch, statement: &Statement, before: DVec3, after: DVec3) {
-    let tokens = Tokens::new(patch.source, statement);
+    let tokens = Tokens::new(patch.source(), statement);
     for (token, (x, y)) in tokens.zip(before.to_array().into_iter().zip(after.to_array())) {
         if x.to_bits() != y.to_bits() {
             push_number(patch.replace(token), y);
@@ -193,7 +168,7 @@ impl CarrierFaces<'_> {
     fn write(&mut self, patch: &mut Patch, statement: &Statement, v: usize) {
         // Attributes go just before the first face that may name them, so that no reader has to look ahead.
         self.write_attributes(patch.replace(statement.line_start..statement.line_start), v);
-        for token in Tokens::new(patch.source, statement) {
+        for token in Tokens::new(patch.source(), statement) {
             let named = self.obj.data.faces.items()[self.corner];
             let uv = if self.uvs.is_some() { Some(named.position) } else { named.uv() };
             push_corner(patch.replace(token), carrier_corner(named.position, uv));
