@@ -11,9 +11,12 @@ mod mesh_data;
 pub mod mesh_file;
 pub mod model;
 pub mod obj;
+pub mod off;
 mod patch;
 pub mod ply;
 pub mod read_error;
+pub mod stl;
+mod text;
 
 pub use arrays::{ArrayError, Arrays};
 pub use convert::Written;
@@ -24,8 +27,10 @@ use format::Format;
 use glam::{DVec3, Vec2, Vec3};
 use mesh_file::MeshFile;
 use obj::{Obj, ObjError};
+use off::Off;
 use ply::Ply;
 use read_error::ReadError;
+use stl::Stl;
 use std::borrow::Cow;
 
 /// A mesh as it was given: its numbers and indices, and its file if there is one.
@@ -36,6 +41,10 @@ pub enum Source {
     Obj(Obj),
     /// The mesh came as a PLY file.
     Ply(Ply),
+    /// The mesh came as an STL file.
+    Stl(Stl),
+    /// The mesh came as an OFF file.
+    Off(Off),
     /// The mesh came as arrays and has no file.
     Arrays(MeshData),
 }
@@ -46,11 +55,6 @@ impl From<Obj> for Source {
     }
 }
 
-impl From<Ply> for Source {
-    fn from(ply: Ply) -> Self {
-        Self::Ply(ply)
-    }
-}
 
 impl From<MeshData> for Source {
     fn from(data: MeshData) -> Self {
@@ -80,24 +84,31 @@ impl Source {
     /// not.
     pub fn parse(bytes: Vec<u8>, named: Option<Format>) -> Result<Self, SourceError> {
         Ok(match Format::of_content(&bytes, named) {
-            Format::Ply => Ply::parse(bytes)?.into(),
+            Format::Ply => Self::Ply(Ply::parse(bytes)?),
+            Format::Stl => Self::Stl(Stl::parse(bytes)?),
+            Format::Off => Self::Off(Off::parse(bytes)?),
             _ => Obj::parse(bytes)?.into(),
         })
     }
+    /// The file, or the arrays if there is none.
+    fn file_or_arrays(&self) -> Result<&dyn MeshFile, &MeshData> {
+        match self {
+            Self::Obj(file) => Ok(file),
+            Self::Ply(file) => Ok(file),
+            Self::Stl(file) => Ok(file),
+            Self::Off(file) => Ok(file),
+            Self::Arrays(data) => Err(data),
+        }
+    }
     /// The file; `None` for arrays.
     pub fn file(&self) -> Option<&dyn MeshFile> {
-        match self {
-            Self::Obj(file) => Some(file),
-            Self::Ply(file) => Some(file),
-            Self::Arrays(_) => None,
-        }
+        self.file_or_arrays().ok()
     }
     /// Numbers and indices of the mesh.
     pub fn data(&self) -> &MeshData {
-        match self {
-            Self::Arrays(data) => data,
-            Self::Obj(file) => file.data(),
-            Self::Ply(file) => file.data(),
+        match self.file_or_arrays() {
+            Ok(file) => file.data(),
+            Err(data) => data,
         }
     }
     /// The OBJ file; `None` if the mesh did not come as one.

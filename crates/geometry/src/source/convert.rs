@@ -2,7 +2,7 @@
 
 use super::format::Format;
 use super::mesh_data::{Corner, MeshData};
-use super::{obj, ply};
+use super::{obj, off, ply, stl};
 use crate::mesh::jagged::Index;
 use glam::{DVec2, DVec3};
 
@@ -91,6 +91,8 @@ pub(super) fn write(
     let bytes = match format {
         Format::Obj => obj::print(&data),
         Format::Ply => ply::print(&mesh, precision),
+        Format::Stl => stl::print(&data),
+        Format::Off => off::print(&mesh),
         _ => Vec::new(),
     };
     let rounding = match precision {
@@ -112,7 +114,8 @@ fn lost(mesh: &Attributes, contents: &[String], format: Format) -> Vec<String> {
     };
     let has_polygons = data.faces().iter().any(|face| face.len() > 3);
     lose(has_polygons && holds(&[Format::Stl, Format::Glb]), "polygons, which are cut into triangles");
-    lose(!data.uvs().is_empty() && holds(&[Format::Stl, Format::Off]), "texture coordinates");
+    let split_uvs = mesh.vertex_uvs.is_none() && format == Format::Off;
+    lose(!data.uvs().is_empty() && (split_uvs || format == Format::Stl), "texture coordinates");
     let split_normals = mesh.vertex_normals.is_none() && holds(&[Format::Ply, Format::Off]);
     lose(!data.normals().is_empty() && (split_normals || format == Format::Stl), "normals");
     lose(!data.colours().is_empty() && format == Format::Stl, "vertex colours");

@@ -43,7 +43,7 @@ impl Format {
         match first_word {
             _ if bytes.starts_with(b"glTF") => Self::Glb,
             b"ply" => Self::Ply,
-            b"solid" if named != Some(Self::Obj) => Self::Stl,
+            word if word.eq_ignore_ascii_case(b"solid") && named != Some(Self::Obj) => Self::Stl,
             word if is_off(word) => Self::Off,
             word if word.starts_with(b"{") && named != Some(Self::Obj) => Self::Gltf,
             _ if is_binary_stl(bytes) => Self::Stl,
@@ -57,12 +57,12 @@ impl Format {
 }
 
 /// Returns true for the keyword at the start of an OFF file, such as `OFF` or `STCNOFF`.
-fn is_off(word: &[u8]) -> bool {
+pub(super) fn is_off(word: &[u8]) -> bool {
     word.strip_suffix(b"OFF").is_some_and(|rest| rest.iter().all(|b| b"STCN4n".contains(b)))
 }
 
 /// Returns true if the number of facets in the header of a binary STL goes with the size of the file.
-fn is_binary_stl(bytes: &[u8]) -> bool {
+pub(super) fn is_binary_stl(bytes: &[u8]) -> bool {
     let count = bytes.get(80..84).and_then(|count| count.try_into().ok()).map(u32::from_le_bytes);
     count.is_some_and(|count| count > 0 && bytes.len() as u64 == 84 + 50 * u64::from(count))
 }

@@ -9,6 +9,7 @@ use crate::source::mesh_data::MaterialRun;
 use crate::source::mesh_file::Builder;
 use crate::source::patch::lenient_number;
 use crate::source::read_error::{Place, ReadError, ReadErrorKind, shown};
+use crate::source::text::Words;
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
 use std::ops::Range;
@@ -34,19 +35,10 @@ impl<'a> Cursor<'a> {
             self.at = range.end;
             return (range.end <= self.bytes.len()).then_some(range);
         }
-        loop {
-            match self.bytes.get(self.at)? {
-                b'\n' => self.line += 1,
-                b'\r' if self.bytes.get(self.at + 1) != Some(&b'\n') => self.line += 1,
-                b if b.is_ascii_whitespace() => {}
-                _ => break,
-            }
-            self.at += 1;
-        }
-        let start = self.at;
-        let end = self.bytes[start..].iter().position(u8::is_ascii_whitespace).map_or(self.bytes.len(), |n| start + n);
-        self.at = end;
-        Some(start..end)
+        let mut words = Words { bytes: self.bytes, at: self.at, line: self.line };
+        let word = words.next_word();
+        (self.at, self.line) = (words.at, words.line);
+        word
     }
 
     /// Value of a number; `None` if the token is none.

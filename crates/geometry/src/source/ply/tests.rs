@@ -125,7 +125,7 @@ fn only_the_numbers_that_change_change() {
 #[test]
 fn single_precision_is_rounded_to_nearest_and_the_rounding_is_told() {
     for format in FORMATS {
-        let source = Source::from(parse(&everything(format)));
+        let source = Source::Ply(parse(&everything(format)));
         let mut moved = source.data().positions().to_vec();
         moved[1].x = 1.0 / 3.0;
         let written = source.written_as(Format::Ply, &moved, None);
@@ -140,7 +140,7 @@ fn single_precision_is_rounded_to_nearest_and_the_rounding_is_told() {
 fn coordinates_that_are_whole_numbers_stay_whole() {
     let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty short x\nproperty int y\nproperty uchar z\n\
                 element face 1\nproperty list uchar int vertex_index\nend_header\n1 2 3\n-4 5 6\n7 8 9\n3 0 1 2\n";
-    let source = Source::from(parse(text.as_bytes()));
+    let source = Source::Ply(parse(text.as_bytes()));
     let mut moved = source.data().positions().to_vec();
     moved[1] = DVec3::new(-4.4, 5.6, 400.0);
     let written = source.written_as(Format::Ply, &moved, None);
