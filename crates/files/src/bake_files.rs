@@ -1,5 +1,6 @@
 //! Bakes a mesh on disk into the files of its displacement map.
 
+use crate::compression;
 use crate::failure::Failure;
 use crate::input;
 use crate::method;
@@ -53,7 +54,7 @@ pub fn folder_beside(input: &Path) -> Result<PathBuf, Failure> {
 
 /// Returns the name of a mesh without folder and extension, with which the names of all results begin.
 fn stem(input: &Path) -> Result<String, Failure> {
-    let stem = input.file_stem().map(|s| s.to_string_lossy().into_owned());
+    let stem = compression::uncompressed_name(input).file_stem().map(|s| s.to_string_lossy().into_owned());
     stem.ok_or_else(|| Failure::at(input, "names no file"))
 }
 

@@ -1,5 +1,6 @@
 //! Reads files, with errors that name them.
 
+use crate::compression;
 use crate::failure::Failure;
 use planish_geometry::denoise::limits::Mask;
 use planish_geometry::map::manifest::Manifest;
@@ -25,17 +26,32 @@ pub fn read(path: &Path) -> Result<Vec<u8>, Failure> {
 
 /// Reads a mesh in any format that planish knows.
 pub fn source(path: &Path) -> Result<Source, Failure> {
-    Source::parse(read(path)?, format_of(path)).map_err(|e| Failure::at(path, e))
+    let beside = |name: &str| std::fs::read(path.with_file_name(name)).ok();
+    Source::parse_beside(content(path)?, format_of(path), &beside).map_err(|e| Failure::at(path, e))
 }
 
-/// Format of a mesh that the name of a file stands for; `None` if its extension is that of no mesh.
+/// Reads all bytes of a file, uncompressed if it is a gzip file.
+pub fn content(path: &Path) -> Result<Vec<u8>, Failure> {
+    compression::decompressed(read(path)?).map_err(|e| Failure::at(path, e))
+}
+
+/// Bytes that identify the mesh in a file, as [`Source::bytes`] has them.
+pub fn identity(path: &Path) -> Result<Vec<u8>, Failure> {
+    match format_of(path) {
+        // Its numbers may be in other files.
+        Some(Format::Gltf) => Ok(source(path)?.bytes().into_owned()),
+        _ => content(path),
+    }
+}
+
+/// Format of a mesh that the name of a file stands for, compressed or not; `None` if its extension is that of no mesh.
 pub fn format_of(path: &Path) -> Option<Format> {
-    Format::of_extension(&path.extension()?.to_string_lossy())
+    Format::of_extension(&compression::uncompressed_name(path).extension()?.to_string_lossy())
 }
 
 /// Reads an OBJ file.
 pub fn obj(path: &Path) -> Result<Obj, Failure> {
-    Obj::parse(read(path)?).map_err(|e| Failure::at(path, e))
+    Obj::parse(content(path)?).map_err(|e| Failure::at(path, e))
 }
 
 /// Reads and welds a mesh. Fails if no face is left, or if the welding distance is too large.

@@ -3,6 +3,7 @@
 //! bytes; and shows progress, handles Ctrl-C and reports failures on a terminal.
 
 pub mod bake_files;
+pub mod compression;
 pub mod failure;
 pub mod info;
 pub mod input;

@@ -1,5 +1,6 @@
 //! Meshes written to files, in the format that the name of the file asks for.
 
+use crate::compression;
 use crate::input;
 use planish_geometry::source::format::Format;
 use planish_geometry::source::{Source, Written};
@@ -24,7 +25,11 @@ pub fn write(
     positions: &[glam::DVec3],
     normals: Option<&[glam::DVec3]>,
 ) -> Written {
-    source.written_as(format(path, source), positions, normals)
+    let mut written = source.written_as(format(path, source), positions, normals);
+    if compression::is_compressed_name(path) {
+        written.bytes = compression::compressed(&written.bytes);
+    }
+    written
 }
 
 /// Lists what people should know about a mesh that was written: what was left behind, and rounding that shows. `mean_edge` is in

@@ -6,6 +6,7 @@
 mod arrays;
 mod convert;
 pub mod format;
+pub mod gltf;
 pub mod materials;
 mod mesh_data;
 pub mod mesh_file;
@@ -25,6 +26,7 @@ pub use mesh_data::{Corner, MeshData};
 use crate::mesh::jagged::Index;
 use format::Format;
 use glam::{DVec3, Vec2, Vec3};
+use gltf::Gltf;
 use mesh_file::MeshFile;
 use obj::{Obj, ObjError};
 use off::Off;
@@ -45,6 +47,8 @@ pub enum Source {
     Stl(Stl),
     /// The mesh came as an OFF file.
     Off(Off),
+    /// The mesh came as a glTF file.
+    Gltf(Box<Gltf>),
     /// The mesh came as arrays and has no file.
     Arrays(MeshData),
 }
@@ -83,11 +87,20 @@ impl Source {
     /// Reads a mesh file. The content decides about its format, and the one that the file name stands for where the content does
     /// not.
     pub fn parse(bytes: Vec<u8>, named: Option<Format>) -> Result<Self, SourceError> {
+        Self::parse_beside(bytes, named, &|_| None)
+    }
+    /// Reads a mesh file that may have parts in other files: `beside` gives the bytes of a file by its path relative to this one.
+    pub fn parse_beside(
+        bytes: Vec<u8>,
+        named: Option<Format>,
+        beside: &dyn Fn(&str) -> Option<Vec<u8>>,
+    ) -> Result<Self, SourceError> {
         Ok(match Format::of_content(&bytes, named) {
             Format::Ply => Self::Ply(Ply::parse(bytes)?),
             Format::Stl => Self::Stl(Stl::parse(bytes)?),
             Format::Off => Self::Off(Off::parse(bytes)?),
-            _ => Obj::parse(bytes)?.into(),
+            Format::Glb | Format::Gltf => Self::Gltf(Box::new(Gltf::parse(bytes, beside)?)),
+            Format::Obj => Obj::parse(bytes)?.into(),
         })
     }
     /// The file, or the arrays if there is none.
@@ -97,6 +110,7 @@ impl Source {
             Self::Ply(file) => Ok(file),
             Self::Stl(file) => Ok(file),
             Self::Off(file) => Ok(file),
+            Self::Gltf(file) => Ok(file.as_ref()),
             Self::Arrays(data) => Err(data),
         }
     }
@@ -125,7 +139,7 @@ impl Source {
     /// Bytes that identify the mesh: those of its file. Arrays are printed as an OBJ, so that they and an OBJ of just these
     /// bytes count as the same mesh.
     pub fn bytes(&self) -> Cow<'_, [u8]> {
-        self.file().map_or_else(|| obj::print(self.data()).into(), |file| file.bytes().into())
+        self.file().map_or_else(|| obj::print(self.data()).into(), |file| file.identity())
     }
     /// Names of the material libraries that the file refers to; empty for arrays. The format names no encoding.
     pub fn material_libraries(&self) -> &[Vec<u8>] {

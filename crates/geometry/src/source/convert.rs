@@ -2,7 +2,7 @@
 
 use super::format::Format;
 use super::mesh_data::{Corner, MeshData};
-use super::{obj, off, ply, stl};
+use super::{gltf, obj, off, ply, stl};
 use crate::mesh::jagged::Index;
 use glam::{DVec2, DVec3};
 
@@ -93,10 +93,11 @@ pub(super) fn write(
         Format::Ply => ply::print(&mesh, precision),
         Format::Stl => stl::print(&data),
         Format::Off => off::print(&mesh),
-        _ => Vec::new(),
+        Format::Glb | Format::Gltf => gltf::print(&data, format == Format::Glb),
     };
+    let origin = if matches!(format, Format::Glb | Format::Gltf) { gltf::origin(positions) } else { DVec3::ZERO };
     let rounding = match precision {
-        Precision::Single => positions.iter().map(|p| p.distance(single(p))).fold(0.0, f64::max),
+        Precision::Single => positions.iter().map(|p| (*p - origin).distance(single(&(*p - origin)))).fold(0.0, f64::max),
         Precision::Double => 0.0,
     };
     Written { bytes, rounding, lost: lost(&mesh, contents, format) }
@@ -113,7 +114,7 @@ fn lost(mesh: &Attributes, contents: &[String], format: Format) -> Vec<String> {
         }
     };
     let has_polygons = data.faces().iter().any(|face| face.len() > 3);
-    lose(has_polygons && holds(&[Format::Stl, Format::Glb]), "polygons, which are cut into triangles");
+    lose(has_polygons && holds(&[Format::Stl, Format::Glb, Format::Gltf]), "polygons, which are cut into triangles");
     let split_uvs = mesh.vertex_uvs.is_none() && format == Format::Off;
     lose(!data.uvs().is_empty() && (split_uvs || format == Format::Stl), "texture coordinates");
     let split_normals = mesh.vertex_normals.is_none() && holds(&[Format::Ply, Format::Off]);
@@ -121,9 +122,11 @@ fn lost(mesh: &Attributes, contents: &[String], format: Format) -> Vec<String> {
     lose(!data.colours().is_empty() && format == Format::Stl, "vertex colours");
     let is_rounded = |x: &f32| (x * 255.0).round() / 255.0 != *x;
     let rounded = data.colours().iter().flatten().any(is_rounded);
-    lose(rounded && holds(&[Format::Ply, Format::Glb]), "vertex colours beyond 8 bits");
-    lose(!data.materials().is_empty() && format != Format::Obj, "materials and textures");
-    lose(!data.materials().is_empty() && format == Format::Obj, "material libraries and textures");
+    lose(rounded && holds(&[Format::Ply]), "vertex colours beyond 8 bits");
+    let has_materials = !data.materials().is_empty();
+    let keeps_names = holds(&[Format::Obj, Format::Glb, Format::Gltf]);
+    lose(has_materials && !keeps_names, "materials and textures");
+    lose(has_materials && keeps_names, "colours and textures of materials, whose names stay");
     lost.extend(contents.iter().cloned());
     lost
 }

@@ -5,6 +5,7 @@ use super::mesh_data::MeshData;
 use super::read_error::ReadErrorKind;
 use crate::mesh::jagged::Index;
 use glam::DVec3;
+use std::borrow::Cow;
 
 /// A mesh file that was read, of any format.
 pub trait MeshFile: std::fmt::Debug {
@@ -14,6 +15,10 @@ pub trait MeshFile: std::fmt::Debug {
     fn data(&self) -> &MeshData;
     /// Bytes of the file as they were read.
     fn bytes(&self) -> &[u8];
+    /// Bytes that identify the mesh: those of the file, and of the files beside it that have its numbers.
+    fn identity(&self) -> Cow<'_, [u8]> {
+        self.bytes().into()
+    }
     /// Returns the bytes of the file with other positions (#v×3, model units) and, if given, other normals (#vn×3). Numbers that
     /// do not change keep their bytes, as does all else that does not follow from the positions.
     ///

@@ -147,7 +147,7 @@ fn with_map(path: &Path, progress: &dyn Progress) -> Result<(Document, Option<Ma
     let manifest = &map_files.manifest;
     // The source can be baked again; where it is gone or has changed, its carrier can be shown.
     let source = map_files.source();
-    let unchanged = input::read(&source).is_ok_and(|bytes| manifest::sha256(&bytes) == manifest.source.sha256);
+    let unchanged = input::identity(&source).is_ok_and(|bytes| manifest::sha256(&bytes) == manifest.source.sha256);
     let carries_uvs = manifest.displacement.uvs != manifest::UvSource::Mesh;
     let mesh = if unchanged && !carries_uvs { source } else { map_files.carrier() };
     let files = Files { mesh: Some(mesh), map: Some(path.to_owned()), ..Files::default() };
