@@ -241,10 +241,10 @@ pub(crate) struct DenoiseArgs {
 #[derive(Args, Debug)]
 pub(crate) struct CompareArgs {
     /// The clean mesh
-    #[arg(value_name = "CLEAN.obj")]
+    #[arg(value_name = "CLEAN")]
     pub(crate) clean: PathBuf,
     /// Meshes with the same vertices and faces
-    #[arg(value_name = "RESULT.obj", required = true)]
+    #[arg(value_name = "RESULT", required = true)]
     pub(crate) results: Vec<PathBuf>,
     /// Write a table with one row for each result; `-` for stdout
     #[arg(long, value_name = "FILE|-")]

@@ -7,13 +7,14 @@ use crate::method;
 use crate::output::{self, Folder};
 use crate::text::{count, volume_not_restored};
 use planish_geometry::bake::{
-    self, BakeError, BakeSettings, BakeTarget, Bundle, BundleNames, Fallback, LayoutChoice, SideFiles,
+    self, BakeError, BakeSettings, BakeTarget, Bundle, BundleFile, BundleNames, Fallback, LayoutChoice, SideFiles,
 };
 use planish_geometry::denoise::Denoising;
 use planish_geometry::map::manifest::{self, HeightsLoss, Layout, Target};
 use planish_geometry::mesh::atlas::AtlasError;
 use planish_geometry::progress::Progress;
 use planish_geometry::source::materials;
+use planish_geometry::source::mesh_file::MeshFile;
 use planish_geometry::source::model::Model;
 use planish_geometry::source::obj::Obj;
 use std::path::{Path, PathBuf};
@@ -89,8 +90,9 @@ impl Job<'_> {
             missing.map(|path| format!("{path} cannot be read; the carrier will lack its materials")).collect();
         let (library_paths, libraries): (Vec<_>, Vec<_>) =
             found.into_iter().filter_map(|library| Some((library.path, library.bytes?))).unzip();
-        let names_of_textures = libraries.iter().flat_map(|bytes| materials::textures(bytes));
-        let textures: Vec<PathBuf> = names_of_textures.map(|name| texture_path(input, &name)).collect();
+        warnings.extend(model.source().file().map_or(&[][..], MeshFile::notes).iter().cloned());
+        let names_of_textures: Vec<String> = libraries.iter().flat_map(|bytes| materials::textures(bytes)).collect();
+        let textures: Vec<PathBuf> = names_of_textures.iter().map(|name| texture_path(input, name)).collect();
         if settings.layout == LayoutChoice::Unwrap && !textures.is_empty() && !model.data().uvs().is_empty() {
             let reason = "the textures of the materials do not fit the carrier, which has new texture coordinates";
             warnings.push(reason.to_owned());
@@ -101,14 +103,27 @@ impl Job<'_> {
         if let BakeTarget::Positions { target, .. } = &settings.target {
             inputs.push(folder.join(&target.file));
         }
+        // Textures within the mesh file become files beside the carrier.
+        let embedded = |texture: &str| model.source().file().and_then(|file| file.embedded_texture(texture));
+        let embedded_name = |texture: &str| format!("{}.{texture}", names.stem);
         let relocate = |texture: &str| {
+            if embedded(texture).is_some() {
+                return embedded_name(texture);
+            }
             let path = texture_path(input, texture);
             // The name of a missing texture stays as it was written: the user may know why.
             if path.is_file() { from_folder(&path, folder) } else { texture.to_owned() }
         };
-        let texture = |name: &str| std::fs::read(texture_path(input, name)).ok();
+        let texture = |name: &str| embedded(name).or_else(|| std::fs::read(texture_path(input, name)).ok());
         let side_files = SideFiles { libraries: &libraries, relocate: &relocate, texture: &texture };
-        let bundle = bake::bake(model, &names, side_files, settings, progress).map_err(|e| explain(e, model, input))?;
+        let mut bundle =
+            bake::bake(model, &names, side_files, settings, progress).map_err(|e| explain(e, model, input))?;
+        let within = names_of_textures.iter().filter_map(|name| Some((embedded_name(name), embedded(name)?)));
+        for (name, bytes) in within {
+            if bundle.files.iter().all(|file| file.name != name) {
+                bundle.files.push(BundleFile { name, bytes });
+            }
+        }
         warnings.extend(warn(&bundle));
         Ok(Baked { bundle, warnings, inputs })
     }
@@ -125,7 +140,8 @@ impl Baked {
 
 /// BundleNames the files. The carrier has the name of the source, unless it would then overwrite the source.
 fn names(input: &Path, folder: &Path, stem: String) -> BundleNames {
-    let taken = output::same_file(&folder.join(format!("{stem}.obj")), input);
+    let is_input = |extension: &str| output::same_file(&folder.join(format!("{stem}.{extension}")), input);
+    let taken = is_input("obj") || is_input("glb");
     let carrier = if taken { format!("{stem}.planish") } else { stem.clone() };
     BundleNames { source: from_folder(input, folder), stem, carrier }
 }

@@ -14,7 +14,7 @@ const LONGEST_CORRELATION: f64 = 100.0;
 #[derive(Args, Debug)]
 pub(crate) struct NoiseArgs {
     /// The clean mesh
-    #[arg(value_name = "CLEAN.obj")]
+    #[arg(value_name = "CLEAN")]
     pub(crate) input: PathBuf,
     /// Output file for the noisy mesh
     #[arg(short, long, value_name = "NOISY.obj")]

@@ -9,7 +9,8 @@ fn a_bad_mesh_is_refused_with_the_file_and_the_line() {
     let cases: Vec<(Vec<u8>, &[&str])> = vec![
         (Vec::new(), &["empty"]),
         (b"\x7fELF\x02\x01\0\0\0\0".to_vec(), &["binary"]),
-        (b"glTF\x02\0\0\0".to_vec(), &["binary"]),
+        (b"BMF\x02\0\0\0".to_vec(), &["binary"]),
+        (b"glTF\x02\0\0\0".to_vec(), &["no GLB file"]),
         (b"PK is no mesh\n".to_vec(), &["no vertices"]),
         (b"f 1 2 3\n".to_vec(), &["no vertices"]),
         (b"v 0 0 0\nv 1 0 0\nv 0 1 0\n".to_vec(), &["no faces"]),
@@ -208,10 +209,10 @@ fn options_that_contradict_each_other_or_the_mesh_are_refused() {
 fn missing_arguments_are_named() {
     let folder = Folder::with("in.obj", TRIANGLE);
     for (line, missing) in [
-        ("bake", "<IN.obj>"),
-        ("denoise in.obj", "--output <OUT.obj>"),
+        ("bake", "<MESH>"),
+        ("denoise in.obj", "--output <OUT>"),
         ("apply", "<MAP.planish.json>"),
-        ("compare in.obj", "<RESULT.obj>"),
+        ("compare in.obj", "<RESULT>"),
         ("noise in.obj -o out.obj", "--sigma <S>"),
         ("completions", "<SHELL>"),
     ] {

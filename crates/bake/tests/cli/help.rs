@@ -65,7 +65,7 @@ const COMMANDS: [(&str, &[&str]); 9] = [
             "--weld",
         ],
     ),
-    ("info", &["<IN.obj>", "--weld"]),
+    ("info", &["<MESH>", "--weld"]),
     ("methods", &["[METHOD]", "--markdown"]),
     ("completions", &["<SHELL>"]),
 ];

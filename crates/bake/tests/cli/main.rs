@@ -9,6 +9,7 @@ mod bundle;
 mod check;
 mod commands;
 mod folder;
+mod formats;
 mod heights;
 mod help;
 mod limits;

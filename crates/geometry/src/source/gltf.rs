@@ -22,7 +22,9 @@ use container::Container;
 use glam::{DAffine3, DVec3};
 use serde_json::Value;
 use std::borrow::Cow;
+use std::ops::Range;
 
+pub(crate) use container::percent_decoded;
 pub(super) use print::{origin, print};
 
 /// A parsed file together with its bytes.
@@ -38,14 +40,14 @@ pub struct Gltf {
 
 /// Values of an accessor that stand in a list of the mesh data.
 #[derive(Clone, Debug)]
-struct Block {
+pub(crate) struct Block {
     /// Index of the accessor in the document.
-    index: usize,
+    pub(crate) index: usize,
     accessor: Accessor,
     /// Index of its first value in the list.
-    first: usize,
+    pub(crate) first: usize,
     /// Place of the mesh in the scene; the identity where there is none.
-    place: DAffine3,
+    pub(crate) place: DAffine3,
     /// Inverse of `place`.
     inverse: DAffine3,
 }
@@ -59,8 +61,17 @@ impl Block {
     fn placed(&self, p: DVec3) -> DVec3 {
         if self.is_in_place() { p } else { self.place.transform_point3(p) }
     }
+    /// Indices of the values in the list.
+    pub(crate) fn values(&self) -> Range<usize> {
+        self.first..self.first + self.accessor.count
+    }
+    /// Position of a value as the file has it.
+    pub(crate) fn stored(&self, gltf: &Gltf, value: usize) -> DVec3 {
+        let bytes = gltf.container.buffer(self.accessor.buffer);
+        DVec3::from_array([0, 1, 2].map(|k| self.accessor.get(bytes, value, k)))
+    }
     /// Numbers of the file for a position in the scene.
-    fn local(&self, p: DVec3) -> DVec3 {
+    pub(crate) fn local(&self, p: DVec3) -> DVec3 {
         if self.is_in_place() { p } else { self.inverse.transform_point3(p) }
     }
     /// Normal in the scene for numbers of the file, of any length.
@@ -68,7 +79,7 @@ impl Block {
         if self.is_in_place() { n } else { self.inverse.matrix3.transpose() * n }
     }
     /// Unit normal of the file for a normal in the scene.
-    fn local_normal(&self, n: DVec3) -> DVec3 {
+    pub(crate) fn local_normal(&self, n: DVec3) -> DVec3 {
         if self.is_in_place() { n } else { (self.place.matrix3.transpose() * n).normalize_or_zero() }
     }
 }
@@ -77,6 +88,19 @@ impl Gltf {
     /// Reads a file. `beside` gives the bytes of a file by its path relative to this one; `None` if there is no such file.
     pub fn parse(bytes: Vec<u8>, beside: &dyn Fn(&str) -> Option<Vec<u8>>) -> Result<Self, ReadError> {
         parse::parse(bytes, beside)
+    }
+
+    /// The JSON of the file.
+    pub(crate) fn document(&self) -> &Value {
+        &self.document
+    }
+    /// Bytes of a buffer; empty if there is none.
+    pub(crate) fn buffer(&self, i: usize) -> &[u8] {
+        self.container.buffer(i)
+    }
+    /// `POSITION` accessors whose values are source vertices.
+    pub(crate) fn position_blocks(&self) -> &[Block] {
+        &self.positions
     }
 
     /// Block of a source vertex.
@@ -131,12 +155,12 @@ impl MeshFile for Gltf {
 }
 
 /// List of a document; empty if it has none.
-fn list<'a>(document: &'a Value, name: &str) -> &'a [Value] {
+pub(crate) fn list<'a>(document: &'a Value, name: &str) -> &'a [Value] {
     document[name].as_array().map_or(&[], Vec::as_slice)
 }
 
 /// Index in a document; `None` if there is none.
-fn index(value: &Value) -> Option<usize> {
+pub(crate) fn index(value: &Value) -> Option<usize> {
     value.as_u64().and_then(|index| usize::try_from(index).ok())
 }
 

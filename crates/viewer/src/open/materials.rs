@@ -1,6 +1,7 @@
 //! Textures that the materials of a mesh name.
 
 use super::picture;
+use crate::image_file;
 use planish_files::input;
 use planish_geometry::source::Source;
 use planish_geometry::source::materials::{self, Material};
@@ -19,7 +20,13 @@ pub(super) fn textures(mesh: &Path, model: &Model, warnings: &mut Vec<String>) -
         if let Some((_, index)) = files.iter().find(|(known, _)| *known == file) {
             return *index;
         }
-        let index = match picture(&sibling(mesh, &file), Content::Colour) {
+        let path = sibling(mesh, &file);
+        let embedded = model.source().file().and_then(|source| source.embedded_texture(&file));
+        let read = match embedded {
+            Some(bytes) => image_file::decode(&bytes, &path).and_then(|image| super::texture(image, Content::Colour, &path)),
+            None => picture(&path, Content::Colour),
+        };
+        let index = match read {
             Ok(texture) => {
                 all.push(texture);
                 Some(all.len() as u32 - 1)

@@ -3,6 +3,7 @@
 use super::glb::{self, Buffer};
 use super::{Carrier, Filter, Textures};
 use crate::mesh::jagged::Index;
+use crate::source::gltf::percent_decoded;
 use crate::source::materials::CARRIER_MATERIAL;
 use serde_json::{Map as Object, Value, json};
 
@@ -39,6 +40,8 @@ pub(super) struct Materials<'a> {
     textures: Vec<Value>,
     images: Vec<Value>,
     samplers: Vec<Value>,
+    /// Set of texture coordinates at which the displacement map is sampled.
+    set: usize,
     /// Textures by file name; `None` if the file does not exist or glTF does not allow its type.
     known: Vec<(String, Option<usize>)>,
 }
@@ -48,9 +51,63 @@ impl<'a> Materials<'a> {
     pub(super) fn new(buffer: &mut Buffer, carrier: &'a Carrier, files: Option<Textures<'a>>) -> Self {
         let (materials, textures, images) = (Vec::new(), Vec::new(), Vec::new());
         let (samplers, known, extras) = (Vec::new(), Vec::new(), Value::Null);
-        let mut new = Self { carrier, files, extras, materials, textures, images, samplers, known };
+        let mut new = Self { carrier, files, extras, materials, textures, images, samplers, set: 1, known };
         new.extras = json!({ "displacement": new.displacement(buffer), "normalMap": carrier.normal_map });
         new
+    }
+
+    /// Adds the displacement map to the lists of a document, at a set of texture coordinates.
+    pub(super) fn continuing(
+        buffer: &mut Buffer,
+        carrier: &'a Carrier,
+        document: &mut Object<String, Value>,
+        set: usize,
+    ) -> Self {
+        let mut take = |name: &str| match document.remove(name) {
+            Some(Value::Array(list)) => list,
+            _ => Vec::new(),
+        };
+        let (materials, textures, images) = (take("materials"), take("textures"), take("images"));
+        let (samplers, known, extras) = (take("samplers"), Vec::new(), Value::Null);
+        let mut new = Self { carrier, files: None, extras, materials, textures, images, samplers, set, known };
+        new.extras = json!({ "displacement": new.displacement(buffer), "normalMap": carrier.normal_map });
+        new
+    }
+
+    /// Describes the maps in a material of the document, or in a new one for `None`, and returns its index.
+    pub(super) fn describe(&mut self, material: Option<usize>) -> usize {
+        let material = material.filter(|m| *m < self.materials.len()).unwrap_or_else(|| {
+            self.materials.push(json!({ "name": CARRIER_MATERIAL }));
+            self.materials.len() - 1
+        });
+        let entry = &mut self.materials[material];
+        if !entry["extras"].is_object() {
+            entry["extras"] = json!({});
+        }
+        entry["extras"]["planish"] = self.extras.clone();
+        material
+    }
+
+    /// Takes the files of images into the buffer, as far as `files` has them; the others keep their names, from the folder of
+    /// the carrier, by `relocate`.
+    pub(super) fn embed_images(&mut self, buffer: &mut Buffer, files: Textures, relocate: &dyn Fn(&str) -> String) {
+        for image in &mut self.images {
+            let Some(uri) = image["uri"].as_str().filter(|uri| !uri.starts_with("data:")) else { continue };
+            let path = percent_decoded(uri);
+            match files(&path) {
+                Some(bytes) => {
+                    let mut entry = Object::new();
+                    entry.insert("mimeType".to_owned(), media_type(&bytes).into());
+                    entry.insert("bufferView".to_owned(), buffer.file(&bytes).into());
+                    entry.insert("name".to_owned(), image.get("name").cloned().unwrap_or_else(|| path.into()));
+                    if let Some(old) = image.as_object_mut() {
+                        old.remove("uri");
+                        old.extend(entry);
+                    }
+                }
+                None => image["uri"] = relocate(&path).into(),
+            }
+        }
     }
 
     /// Adds the displacement map and returns its description.
@@ -68,12 +125,12 @@ impl<'a> Materials<'a> {
             }));
             let name = map.entry.get("file").and_then(Value::as_str).unwrap_or("displacement");
             let image = self.image(buffer, name, map.bytes);
-            entry.insert("texture".to_owned(), self.texture(json!({ "sampler": 0, "source": image })).into());
+            entry.insert("texture".to_owned(), self.texture(json!({ "sampler": self.samplers.len() - 1, "source": image })).into());
         } else {
             entry.insert("bufferView".to_owned(), buffer.file(map.bytes).into());
         }
         entry.insert("mimeType".to_owned(), media_type.into());
-        entry.insert("texCoord".to_owned(), 1.into());
+        entry.insert("texCoord".to_owned(), self.set.into());
         entry.extend(map.entry.clone());
         entry.into()
     }

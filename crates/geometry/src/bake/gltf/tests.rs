@@ -111,6 +111,7 @@ impl Owned {
         let Value::Object(entry) = json!({ "file": "a.png", "layout": "uv", "bias": -0.5 }) else { unreachable!() };
         Carrier {
             name: "a",
+            relocate: &str::to_owned,
             model: &self.model,
             normals: &self.normals,
             sample_at: &self.samples,

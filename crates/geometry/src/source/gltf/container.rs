@@ -154,6 +154,10 @@ impl Container {
         out[8..12].copy_from_slice(&(length as u32).to_le_bytes());
         out
     }
+    /// Returns whether a buffer is in a file beside.
+    pub(super) fn is_external(&self, i: usize) -> bool {
+        matches!(self.buffers.get(i), Some(Buffer::External(_)))
+    }
     /// Returns whether a buffer is within the binary file.
     pub(super) fn is_within(&self, i: usize) -> bool {
         matches!(self.buffers.get(i), Some(Buffer::Binary))
@@ -173,7 +177,7 @@ pub(super) fn data_uri(uri: &str) -> Option<Option<Vec<u8>>> {
 }
 
 /// Path of a URI whose special characters are written as `%20` and the like.
-pub(super) fn percent_decoded(uri: &str) -> String {
+pub(crate) fn percent_decoded(uri: &str) -> String {
     let mut out = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();
     while let [first, tail @ ..] = rest {

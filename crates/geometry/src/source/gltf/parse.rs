@@ -9,6 +9,7 @@ use crate::source::mesh_data::MaterialRun;
 use crate::source::mesh_file::Builder;
 use crate::source::read_error::{Place, ReadError, ReadErrorKind};
 use glam::{DAffine3, DVec2, DVec3};
+use rustc_hash::FxHashSet;
 use serde_json::Value;
 
 const POINTS: u64 = 0;
@@ -28,6 +29,7 @@ pub(super) fn parse(bytes: Vec<u8>, beside: &dyn Fn(&str) -> Option<Vec<u8>>) ->
         uvs: Vec::new(),
         coloured: true,
         faces: 0,
+        read: FxHashSet::default(),
     };
     let whole = |kind: ReadErrorKind| kind.at(Place::File);
     reader.read().map_err(whole)?;
@@ -52,6 +54,8 @@ struct Reader<'a> {
     coloured: bool,
     /// Number of faces of earlier primitives.
     faces: u64,
+    /// Positions, indices and mode of the primitives that were read.
+    read: FxHashSet<(usize, Option<usize>, u64)>,
 }
 
 /// Values that the vertices of a primitive have: the index of the first one in the mesh data, and their number.
@@ -59,7 +63,7 @@ type Values = Option<(usize, usize)>;
 
 impl Reader<'_> {
     fn read(&mut self) -> Result<(), ReadErrorKind> {
-        let mut left_out = 0;
+        let (mut left_out, mut shared) = (0, 0);
         for placed in scene::meshes(self.document, &mut self.builder.notes)? {
             let mesh = &list(self.document, "meshes")[placed.mesh];
             for (p, primitive) in list(mesh, "primitives").iter().enumerate() {
@@ -77,6 +81,11 @@ impl Reader<'_> {
                 let Some(position) = index(&primitive["attributes"]["POSITION"]) else {
                     return Err(at("it has no `POSITION`".to_owned()));
                 };
+                // Some programs write an instance as a mesh of its own that shares all numbers.
+                if !self.read.insert((position, index(&primitive["indices"]), mode)) {
+                    shared += 1;
+                    continue;
+                }
                 let (first, count) = self.positions(position, placed.place, primitive)?;
                 let uvs = self.uvs(primitive)?;
                 let normals = self.normals(primitive, placed.place)?;
@@ -87,6 +96,10 @@ impl Reader<'_> {
                 }
                 self.faces(primitive, mode, (first, count), [uvs, normals])?;
             }
+        }
+        if shared > 0 {
+            let text = format!("{shared} × a primitive has the numbers of an earlier one, and follows it");
+            self.builder.notes.push(text);
         }
         if left_out > 0 {
             let parts = if left_out == 1 { "primitive of points or lines stays as it is" } else { "primitives of points or lines stay as they are" };

@@ -78,7 +78,7 @@ pub(super) fn with_positions(gltf: &Gltf, positions: &[DVec3], normals: Option<&
     gltf.container.rebuilt(&json, within)
 }
 
-/// JSON with the bounds of the blocks that changed, and with the buffers that are not within the binary file as data URIs.
+/// JSON with the bounds of the blocks that changed. Where anything changes, buffers in files beside become data URIs.
 fn patched_json(gltf: &Gltf, buffers: &BTreeMap<usize, Vec<u8>>, changed: &[&Block]) -> Vec<u8> {
     let json = gltf.container.json();
     // The reader has parsed this JSON, so both steps succeed.
@@ -103,8 +103,11 @@ fn patched_json(gltf: &Gltf, buffers: &BTreeMap<usize, Vec<u8>>, changed: &[&Blo
             }
         }
     }
-    for (buffer, bytes) in buffers.iter().filter(|(buffer, _)| !gltf.container.is_within(**buffer)) {
-        if let Some(uri) = spans.buffers.get(*buffer).and_then(|b| b.uri) {
+    for (i, uri) in spans.buffers.iter().enumerate().filter_map(|(i, buffer)| Some((i, buffer.uri?))) {
+        // A reference to a file beside would break where the output is in another folder.
+        let changes_place = !buffers.is_empty() && gltf.container.is_external(i);
+        let bytes = buffers.get(&i).map(Vec::as_slice).or_else(|| changes_place.then(|| gltf.container.buffer(i)));
+        if let Some(bytes) = bytes {
             changes.push((range(uri), format!("\"{}\"", to_data_uri(bytes)).into_bytes()));
         }
     }

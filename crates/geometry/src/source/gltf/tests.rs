@@ -190,6 +190,17 @@ fn json_with_buffers_beside_it_takes_them_in_where_they_change() {
 }
 
 #[test]
+fn meshes_that_share_all_numbers_are_one() {
+    let mut document = document();
+    let copy = document["meshes"][0].clone();
+    document["meshes"].as_array_mut().unwrap().push(copy);
+    document["nodes"][2]["mesh"] = 2.into();
+    let gltf = parse(&glb(&document, &buffer()));
+    assert_eq!(gltf.data().faces().len(), 3);
+    assert!(gltf.notes()[0].starts_with("1 × a primitive has the numbers of an earlier one"), "{:?}", gltf.notes());
+}
+
+#[test]
 fn strips_and_fans_become_triangles() {
     let faces = |mode: u64| -> Vec<Vec<u32>> {
         let mut document = document();
