@@ -200,7 +200,7 @@ pub(crate) struct ApplyArgs {
     /// The manifest that `bake` wrote
     #[arg(value_name = "MAP.planish.json")]
     pub(crate) manifest: PathBuf,
-    /// The mesh that was baked, or its carrier [default: the carrier beside the manifest]
+    /// The mesh that was baked, or its carrier [default: the carrier beside the manifest, or the mesh if OUT is in its format and the carrier is not]
     #[arg(long, value_name = "MESH")]
     pub(crate) mesh: Option<PathBuf>,
     /// Strength λ: 0 is noisy, 1 is denoised [default: from the manifest]

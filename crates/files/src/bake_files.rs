@@ -72,7 +72,8 @@ impl Job<'_> {
         let denoised = input::source(path)?;
         let (found, needed) = (denoised.data().positions().len(), self.model.data().positions().len());
         if found != needed {
-            let reason = format!("has {found} {}, but {} has {needed}", denoised.format().vertices(), self.input.display());
+            let reason =
+                format!("has {found} {}, but {} has {needed}", denoised.format().vertices(), self.input.display());
             return Err(Failure::at(path, reason));
         }
         let target = Target::new(from_folder(path, self.folder), manifest::sha256(&denoised.bytes()));

@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use crate::input;
 use planish_geometry::map::displace::{self, MeshError, ShaderVertex};
 use planish_geometry::map::displacement::Displacement;
-use planish_geometry::map::manifest::Manifest;
+use planish_geometry::map::manifest::{self, Manifest, UvSource};
 use planish_geometry::source::Source;
 use std::path::{Path, PathBuf};
 
@@ -36,6 +36,17 @@ impl MapFiles {
     /// Path of the mesh that carries the map.
     pub fn carrier(&self) -> PathBuf {
         self.path_of(&self.manifest.carrier.obj)
+    }
+
+    /// Path of the mesh to displace for an output: the mesh that was baked if the output is in its format, so that the file keeps
+    /// all it has, and the carrier is not; else the carrier.
+    pub fn mesh_for(&self, output: &Path) -> PathBuf {
+        let (source, carrier, format) = (self.source(), self.carrier(), input::format_of(output));
+        let is_kept = format.is_some() && format == input::format_of(&source) && format != input::format_of(&carrier);
+        let is_unchanged =
+            || input::identity(&source).is_ok_and(|bytes| manifest::sha256(&bytes) == self.manifest.source.sha256);
+        let needs_carrier = self.manifest.displacement.uvs != UvSource::Mesh;
+        if is_kept && !needs_carrier && is_unchanged() { source } else { carrier }
     }
 
     /// Path of the image with the heights or vectors.

@@ -3,6 +3,7 @@
 use crate::compression;
 use crate::input;
 use planish_geometry::source::format::Format;
+use planish_geometry::source::materials;
 use planish_geometry::source::{Source, Written};
 use std::path::Path;
 
@@ -19,12 +20,7 @@ fn format(path: &Path, source: &Source) -> Format {
 ///
 /// # Panics
 /// If there is not one position for each source vertex, or not one normal for each normal of the source.
-pub fn write(
-    path: &Path,
-    source: &Source,
-    positions: &[glam::DVec3],
-    normals: Option<&[glam::DVec3]>,
-) -> Written {
+pub fn write(path: &Path, source: &Source, positions: &[glam::DVec3], normals: Option<&[glam::DVec3]>) -> Written {
     let mut written = source.written_as(format(path, source), positions, normals);
     if compression::is_compressed_name(path) {
         written.bytes = compression::compressed(&written.bytes);
@@ -32,17 +28,36 @@ pub fn write(
     written
 }
 
-/// Lists what people should know about a mesh that was written: what was left behind, and rounding that shows. `mean_edge` is in
-/// model units.
-pub fn warnings(path: &Path, source: &Source, written: &Written, mean_edge: f64) -> Vec<String> {
+/// Lists what people should know about a mesh that was read from `input` and written to `path`: what was left behind, names that
+/// lead to nothing from there, and rounding that shows. `mean_edge` is in model units.
+pub fn warnings(path: &Path, input: &Path, source: &Source, written: &Written, mean_edge: f64) -> Vec<String> {
     let mut warnings = Vec::new();
+    if format(path, source) == source.format() {
+        warnings.extend(dangling(path, input, source));
+    }
     let named = format(path, source).name().to_uppercase();
     if !written.lost.is_empty() {
-        warnings.push(format!("{}: {named} has no place for what the source has: {}", path.display(), written.lost.join(", ")));
+        warnings.push(format!(
+            "{}: {named} has no place for what the source has: {}",
+            path.display(),
+            written.lost.join(", ")
+        ));
     }
     if written.rounding > MUCH * mean_edge {
         let edges = written.rounding / mean_edge;
         warnings.push(format!("{}: positions are rounded by up to {edges:.2} mean edge lengths", path.display()));
     }
     warnings
+}
+
+/// Warns if the mesh names files that lie beside the input and not beside the output.
+fn dangling(path: &Path, input: &Path, source: &Source) -> Option<String> {
+    let file = source.file()?;
+    let libraries = file.material_libraries().iter().map(|name| String::from_utf8_lossy(name).into_owned());
+    let inside = materials::textures(&file.embedded_library()).into_iter();
+    let textures = inside.filter(|texture| file.embedded_texture(texture).is_none());
+    let is_lost = |name: &String| input.with_file_name(name).is_file() && !path.with_file_name(name).is_file();
+    let lost: Vec<String> = libraries.chain(textures).filter(is_lost).collect();
+    (!lost.is_empty())
+        .then(|| format!("{}: names {}, which lies beside the input alone", path.display(), lost.join(", ")))
 }

@@ -32,8 +32,8 @@ use obj::{Obj, ObjError};
 use off::Off;
 use ply::Ply;
 use read_error::ReadError;
-use stl::Stl;
 use std::borrow::Cow;
+use stl::Stl;
 
 /// A mesh as it was given: its numbers and indices, and its file if there is one.
 #[derive(Clone, Debug)]
@@ -58,7 +58,6 @@ impl From<Obj> for Source {
         Self::Obj(obj)
     }
 }
-
 
 impl From<MeshData> for Source {
     fn from(data: MeshData) -> Self {

@@ -32,7 +32,7 @@ pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
     console.stage("reading");
     let files = MapFiles::read(&args.manifest)?;
     let entry = &files.manifest.displacement;
-    let mesh: PathBuf = args.mesh.clone().unwrap_or_else(|| files.carrier());
+    let mesh: PathBuf = args.mesh.clone().unwrap_or_else(|| files.mesh_for(&args.output));
     let output = Output::open(&args.output, &[&args.manifest, &mesh, &files.image()])?;
 
     let map = files.displacement()?;
@@ -48,7 +48,7 @@ pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
     let file = mesh_output::write(&args.output, &source, &displaced, None);
     console.check()?;
     let written = output.write(&file.bytes)?;
-    mesh_output::warnings(&args.output, &source, &file, f64::INFINITY).iter().for_each(|w| console.warn(w));
+    mesh_output::warnings(&args.output, &mesh, &source, &file, f64::INFINITY).iter().for_each(|w| console.warn(w));
     let report = Applied {
         output: written.display().to_string(),
         mesh: mesh.display().to_string(),

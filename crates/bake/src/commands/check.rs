@@ -77,7 +77,10 @@ fn target(files: &MapFiles, model: &Model) -> Result<BakeTarget, Failure> {
             let target_path = files.path_of(&target.file);
             let denoised = unchanged(&target_path, &target.sha256, path)?;
             if denoised.data().positions().len() != model.data().positions().len() {
-                return Err(Failure::at(&target_path, format!("has not as many {} as the mesh", denoised.format().vertices())));
+                return Err(Failure::at(
+                    &target_path,
+                    format!("has not as many {} as the mesh", denoised.format().vertices()),
+                ));
             }
             Ok(BakeTarget::from_mesh(model, denoised.data(), target.clone()))
         }

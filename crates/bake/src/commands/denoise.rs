@@ -90,7 +90,9 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
     };
     let notes = source.file().map_or(&[][..], MeshFile::notes);
     notes.iter().for_each(|note| console.warn(&format!("{}: {note}", args.input.display())));
-    mesh_output::warnings(&args.output, source, &file, surface.mean_edge()).iter().for_each(|w| console.warn(w));
+    mesh_output::warnings(&args.output, &args.input, source, &file, surface.mean_edge())
+        .iter()
+        .for_each(|w| console.warn(w));
     if let Some(warning) = limits.as_ref().and_then(text::volume_not_restored) {
         console.warn(&warning);
     }
@@ -99,7 +101,9 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
         let input = args.input.display();
         console.warn(&format!("{input}: --update-normals has no effect, because there are no {normals_of_file}"));
     } else if !model.data().normals().is_empty() && !args.update_normals {
-        console.warn(&format!("the {normals_of_file} are still those of the noisy mesh; use --update-normals to update them"));
+        console.warn(&format!(
+            "the {normals_of_file} are still those of the noisy mesh; use --update-normals to update them"
+        ));
     }
     console.report(&report, || text(&report));
     Ok(())

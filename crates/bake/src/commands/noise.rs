@@ -51,7 +51,9 @@ pub(crate) fn run(args: &NoiseArgs, console: &Console) -> Result<(), Failure> {
     console.stage("writing");
     let file = mesh_output::write(&args.output, &made.source, &made.positions, None);
     let mean_edge = model.surface().mean_edge();
-    mesh_output::warnings(&args.output, &made.source, &file, mean_edge).iter().for_each(|w| console.warn(w));
+    mesh_output::warnings(&args.output, &args.input, &made.source, &file, mean_edge)
+        .iter()
+        .for_each(|w| console.warn(w));
     let report = Added::new(args, &noise, &model, &made, file.rounding);
     let clean_path = args.clean.as_deref().unwrap_or(&args.output);
     let written = |clean: &Source| mesh_output::write(clean_path, clean, clean.data().positions(), None).bytes;

@@ -72,7 +72,10 @@ fn a_ply_keeps_every_byte_but_those_of_positions() {
 fn what_an_output_has_no_place_for_is_named() {
     let folder = folder();
     for (format, lost) in [
-        ("stl", "STL has no place for what the source has: polygons, which are cut into triangles, texture coordinates"),
+        (
+            "stl",
+            "STL has no place for what the source has: polygons, which are cut into triangles, texture coordinates",
+        ),
         ("off", "OFF has no place for what the source has: texture coordinates"),
         ("glb", "GLB has no place for what the source has: polygons, which are cut into triangles"),
     ] {
@@ -83,7 +86,8 @@ fn what_an_output_has_no_place_for_is_named() {
     }
     let report = folder.succeeds_with_json("denoise in.obj -o again.ply --method taubin");
     assert_eq!((&report["lost"], report["rounding"].as_f64()), (&Value::Null, Some(0.0)));
-    let rounded = folder.succeeds_with_json("denoise in.obj -o again.stl --method taubin")["rounding"].as_f64().unwrap();
+    let rounded =
+        folder.succeeds_with_json("denoise in.obj -o again.stl --method taubin")["rounding"].as_f64().unwrap();
     assert!(rounded > 0.0 && rounded < 1e-7, "{rounded}");
 }
 
@@ -131,7 +135,7 @@ fn errors_name_the_file_and_the_place() {
     for (file, words) in [
         ("cut.ply", "cut.ply: byte"),
         ("points.ply", "points.ply: no faces: planish works on surfaces, and these are points"),
-        ("cut.ply.gz", "cut.ply.gz: this gzip file is damaged or cut"),
+        ("cut.ply.gz", "cut.ply.gz: this compressed file is damaged or cut"),
     ] {
         for command in ["info", "denoise -o x.ply", "bake -o x"] {
             let (command, options) = command.split_once(' ').unwrap_or((command, ""));

@@ -97,7 +97,9 @@ pub(super) fn write(
     };
     let origin = if matches!(format, Format::Glb | Format::Gltf) { gltf::origin(positions) } else { DVec3::ZERO };
     let rounding = match precision {
-        Precision::Single => positions.iter().map(|p| (*p - origin).distance(single(&(*p - origin)))).fold(0.0, f64::max),
+        Precision::Single => {
+            positions.iter().map(|p| (*p - origin).distance(single(&(*p - origin)))).fold(0.0, f64::max)
+        }
         Precision::Double => 0.0,
     };
     Written { bytes, rounding, lost: lost(&mesh, contents, format) }
@@ -122,7 +124,7 @@ fn lost(mesh: &Attributes, contents: &[String], format: Format) -> Vec<String> {
     lose(!data.colours().is_empty() && format == Format::Stl, "vertex colours");
     let is_rounded = |x: &f32| (x * 255.0).round() / 255.0 != *x;
     let rounded = data.colours().iter().flatten().any(is_rounded);
-    lose(rounded && holds(&[Format::Ply]), "vertex colours beyond 8 bits");
+    lose(rounded && holds(&[Format::Ply, Format::Off]), "vertex colours beyond 8 bits");
     let has_materials = !data.materials().is_empty();
     let keeps_names = holds(&[Format::Obj, Format::Glb, Format::Gltf]);
     lose(has_materials && !keeps_names, "materials and textures");

@@ -116,7 +116,10 @@ pub fn load(path: &Path, progress: &dyn Progress) -> Result<(Document, Option<Ma
         Some(Kind::Manifest) => with_map(path, progress),
         Some(Kind::Picture) => with_map(&manifest_of(path)?, progress),
         None if path.is_dir() => Err(Failure::at(path, "is a directory, not a file")),
-        None => Err(Failure::at(path, "is neither a mesh (.obj, .ply, .stl, .off, .glb, .gltf) nor the manifest of a map (.planish.json)")),
+        None => Err(Failure::at(
+            path,
+            "is neither a mesh (.obj, .ply, .stl, .off, .glb, .gltf) nor the manifest of a map (.planish.json)",
+        )),
     }
 }
 

@@ -23,7 +23,9 @@ pub(super) fn textures(mesh: &Path, model: &Model, warnings: &mut Vec<String>) -
         let path = sibling(mesh, &file);
         let embedded = model.source().file().and_then(|source| source.embedded_texture(&file));
         let read = match embedded {
-            Some(bytes) => image_file::decode(&bytes, &path).and_then(|image| super::texture(image, Content::Colour, &path)),
+            Some(bytes) => {
+                image_file::decode(&bytes, &path).and_then(|image| super::texture(image, Content::Colour, &path))
+            }
             None => picture(&path, Content::Colour),
         };
         let index = match read {

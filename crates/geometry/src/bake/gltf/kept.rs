@@ -38,7 +38,8 @@ pub(super) fn glb(carrier: &Carrier, gltf: &Gltf, textures: Textures) -> Result<
     let mut targets_of_meshes = Vec::new();
     for mesh in &mut meshes {
         let own = list(mesh, "primitives").iter().map(|p| list(p, "targets").len()).max().unwrap_or(0);
-        let is_baked = |p: &Value| is_surface(p) && index(&p["attributes"]["POSITION"]).is_some_and(|i| added.contains_key(&i));
+        let is_baked =
+            |p: &Value| is_surface(p) && index(&p["attributes"]["POSITION"]).is_some_and(|i| added.contains_key(&i));
         if !list(mesh, "primitives").iter().any(is_baked) {
             targets_of_meshes.push(None);
             continue;
@@ -166,7 +167,8 @@ fn add(carrier: &Carrier, gltf: &Gltf, block: &Block, buffer: &mut Buffer) -> Re
     let unit = |n: DVec3| block.local_normal(n).try_normalize().unwrap_or(DVec3::Z);
     for (k, source) in block.values().enumerate() {
         let v = vertex_of[source] as usize;
-        let normal = if carrier.normals[v] == Vec3::ZERO { Vec3::Z } else { unit(carrier.normals[v].as_dvec3()).as_vec3() };
+        let normal =
+            if carrier.normals[v] == Vec3::ZERO { Vec3::Z } else { unit(carrier.normals[v].as_dvec3()).as_vec3() };
         let denoised_normal = match carrier.denoised_normals[v] {
             DVec3::ZERO => normal,
             n => unit(n).as_vec3(),

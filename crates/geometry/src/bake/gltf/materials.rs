@@ -125,7 +125,10 @@ impl<'a> Materials<'a> {
             }));
             let name = map.entry.get("file").and_then(Value::as_str).unwrap_or("displacement");
             let image = self.image(buffer, name, map.bytes);
-            entry.insert("texture".to_owned(), self.texture(json!({ "sampler": self.samplers.len() - 1, "source": image })).into());
+            entry.insert(
+                "texture".to_owned(),
+                self.texture(json!({ "sampler": self.samplers.len() - 1, "source": image })).into(),
+            );
         } else {
             entry.insert("bufferView".to_owned(), buffer.file(map.bytes).into());
         }

@@ -76,7 +76,8 @@ impl Accessor {
             return Err(ReadErrorKind::Unsupported(format!("a sparse accessor ({accessor}, {used_for})")));
         }
         let view = index(&entry["bufferView"]).ok_or_else(|| bad("it has no buffer view"))?;
-        let view_entry = list(document, "bufferViews").get(view).ok_or_else(|| bad("its buffer view does not exist"))?;
+        let view_entry =
+            list(document, "bufferViews").get(view).ok_or_else(|| bad("its buffer view does not exist"))?;
         for extension in ["EXT_meshopt_compression", "KHR_meshopt_compression"] {
             if !view_entry["extensions"][extension].is_null() {
                 return Err(ReadErrorKind::Unsupported(format!("meshopt compression ({extension})")));

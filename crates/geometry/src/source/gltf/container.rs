@@ -48,10 +48,7 @@ fn number(bytes: &[u8], at: usize) -> Option<usize> {
 
 impl Container {
     /// Finds the parts of a file, and parses its JSON.
-    pub(super) fn open(
-        bytes: Vec<u8>,
-        beside: &dyn Fn(&str) -> Option<Vec<u8>>,
-    ) -> Result<(Self, Value), ReadError> {
+    pub(super) fn open(bytes: Vec<u8>, beside: &dyn Fn(&str) -> Option<Vec<u8>>) -> Result<(Self, Value), ReadError> {
         if bytes.is_empty() {
             return Err(ReadErrorKind::Empty.at(Place::File));
         }
@@ -59,7 +56,8 @@ impl Container {
         let start = if bytes[json.clone()].starts_with(b"\xef\xbb\xbf") { json.start + 3 } else { json.start };
         let json = start..json.end;
         let document: Value = serde_json::from_slice(&bytes[json.clone()]).map_err(|e| {
-            let place = if binary.is_none() && !bytes.starts_with(MAGIC) { Place::Line(e.line() as u32) } else { Place::File };
+            let place =
+                if binary.is_none() && !bytes.starts_with(MAGIC) { Place::Line(e.line() as u32) } else { Place::File };
             let format = if bytes.starts_with(MAGIC) { Format::Glb } else { Format::Gltf };
             ReadErrorKind::Foreign { format, reason: format!("its JSON is broken: {e}") }.at(place)
         })?;
@@ -87,10 +85,13 @@ impl Container {
             // The compressed form of such a buffer is elsewhere.
             None => Buffer::Inline(Vec::new()),
             Some(uri) => match data_uri(uri) {
-                Some(data) => Buffer::Inline(data.ok_or_else(|| malformed(format!("buffer {i}: its data URI is broken")))?),
+                Some(data) => {
+                    Buffer::Inline(data.ok_or_else(|| malformed(format!("buffer {i}: its data URI is broken")))?)
+                }
                 None => {
                     let path = percent_decoded(uri);
-                    let missing = || malformed(format!("buffer {i}: the file {} cannot be read", shown(path.as_bytes())));
+                    let missing =
+                        || malformed(format!("buffer {i}: the file {} cannot be read", shown(path.as_bytes())));
                     Buffer::External(beside(&path).ok_or_else(missing)?)
                 }
             },
@@ -125,7 +126,8 @@ impl Container {
     }
     /// Bytes of the file and of the buffers beside it.
     pub(super) fn with_external_buffers(&self) -> Cow<'_, [u8]> {
-        let external = self.buffers.iter().filter_map(|b| if let Buffer::External(b) = b { Some(b.as_slice()) } else { None });
+        let external =
+            self.buffers.iter().filter_map(|b| if let Buffer::External(b) = b { Some(b.as_slice()) } else { None });
         let parts: Vec<&[u8]> = std::iter::once(self.bytes()).chain(external).collect();
         if parts.len() == 1 { Cow::Borrowed(self.bytes()) } else { Cow::Owned(parts.concat()) }
     }
@@ -197,7 +199,6 @@ pub(crate) fn percent_decoded(uri: &str) -> String {
 }
 
 /// JSON chunk and buffer chunk of a binary file.
-#[expect(clippy::type_complexity, reason = "two ranges are no type of their own")]
 fn chunks(bytes: &[u8]) -> Result<(Range<usize>, Option<Range<usize>>), ReadError> {
     if number(bytes, 4) != Some(2) {
         let version = number(bytes, 4).map_or("no version".to_owned(), |v| format!("version {v}"));

@@ -77,7 +77,8 @@ impl Reader<'_> {
                     left_out += 1;
                     continue;
                 }
-                let at = |reason: String| ReadErrorKind::Malformed(format!("mesh {}, primitive {p}: {reason}", placed.mesh));
+                let at =
+                    |reason: String| ReadErrorKind::Malformed(format!("mesh {}, primitive {p}: {reason}", placed.mesh));
                 let Some(position) = index(&primitive["attributes"]["POSITION"]) else {
                     return Err(at("it has no `POSITION`".to_owned()));
                 };
@@ -102,7 +103,11 @@ impl Reader<'_> {
             self.builder.notes.push(text);
         }
         if left_out > 0 {
-            let parts = if left_out == 1 { "primitive of points or lines stays as it is" } else { "primitives of points or lines stay as they are" };
+            let parts = if left_out == 1 {
+                "primitive of points or lines stays as it is"
+            } else {
+                "primitives of points or lines stay as they are"
+            };
             self.builder.notes.push(format!("{left_out} {parts}"));
         }
         Ok(())
@@ -118,12 +123,7 @@ impl Reader<'_> {
     }
 
     /// Reads a `POSITION` accessor, unless another primitive has done so, with the colours of the primitive.
-    fn positions(
-        &mut self,
-        i: usize,
-        place: DAffine3,
-        primitive: &Value,
-    ) -> Result<(usize, usize), ReadErrorKind> {
+    fn positions(&mut self, i: usize, place: DAffine3, primitive: &Value) -> Result<(usize, usize), ReadErrorKind> {
         if let Some(known) = self.positions.iter().find(|block| block.index == i) {
             return Ok((known.first, known.accessor.count));
         }

@@ -45,7 +45,8 @@ impl Buffer {
         };
         let (min, max) = (bound(f32::min), bound(f32::max));
         let bytes = values.as_flattened().iter().flat_map(|x| x.to_le_bytes());
-        let entry = json!({ "componentType": 5126, "count": values.len(), "type": format!("VEC{N}"), "min": min, "max": max });
+        let entry =
+            json!({ "componentType": 5126, "count": values.len(), "type": format!("VEC{N}"), "min": min, "max": max });
         self.add(bytes, 34962, entry)
     }
 }

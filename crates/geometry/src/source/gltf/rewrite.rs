@@ -74,7 +74,8 @@ pub(super) fn with_positions(gltf: &Gltf, positions: &[DVec3], normals: Option<&
         }
     }
     let json = patched_json(gltf, &buffers, &changed);
-    let within = buffers.iter().find(|(buffer, _)| gltf.container.is_within(**buffer)).map(|(_, bytes)| bytes.as_slice());
+    let within =
+        buffers.iter().find(|(buffer, _)| gltf.container.is_within(**buffer)).map(|(_, bytes)| bytes.as_slice());
     gltf.container.rebuilt(&json, within)
 }
 

@@ -4,12 +4,14 @@ use crate::source::read_error::ReadErrorKind;
 use glam::{DQuat, DVec2};
 use proptest::prelude::*;
 use serde_json::json;
+use std::f64::consts::FRAC_1_SQRT_2;
 
 /// A square in single precision, split along its diagonal as at a seam, with normals and texture coordinates, interleaved: six
 /// vertices of 32 bytes and six indices of 16 bits. Then a triangle of three positions as normalised whole numbers of 16 bits.
 fn buffer() -> Vec<u8> {
     let mut out = Vec::new();
-    let corners = [[0.0, 0.0, 0.1], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 0.0, 0.1], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+    let corners =
+        [[0.0, 0.0, 0.1], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 0.0, 0.1], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
     for (i, p) in corners.iter().enumerate() {
         let uv = [p[0] * 0.5 + f32::from(u8::from(i > 2)) * 0.5, p[1]];
         p.iter().chain(&[0.0, 0.0, 1.0]).chain(&uv).for_each(|x: &f32| out.extend(x.to_le_bytes()));
@@ -35,7 +37,7 @@ fn document() -> Value {
         "scenes": [{ "nodes": [0, 3] }],
         "nodes": [
             { "children": [1, 2], "translation": [10.0, 0.0, 0.0] },
-            { "mesh": 0, "rotation": [0.0, 0.0, 0.7071067811865476, 0.7071067811865476], "scale": [2.0, 2.0, 2.0] },
+            { "mesh": 0, "rotation": [0.0, 0.0, FRAC_1_SQRT_2, FRAC_1_SQRT_2], "scale": [2.0, 2.0, 2.0] },
             { "mesh": 0, "translation": [0.0, 5.0, 0.0] },
             { "mesh": 1 },
         ],
@@ -93,7 +95,8 @@ fn meshes_stand_where_their_nodes_put_them() {
     let gltf = parse(&everything());
     let data = gltf.data();
     assert_eq!((data.positions().len(), data.faces().len()), (9, 3));
-    let expected = DVec3::new(10.0, 0.0, 0.0) + DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2) * (DVec3::new(2.0, 0.0, 0.0));
+    let expected =
+        DVec3::new(10.0, 0.0, 0.0) + DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2) * (DVec3::new(2.0, 0.0, 0.0));
     assert!(data.positions()[1].distance(expected) < 1e-12, "{}", data.positions()[1]);
     assert_eq!(data.positions()[8], DVec3::new(0.0, -1.0, 16384.0 / 32767.0));
     assert!((data.normals()[0].normalize() - DVec3::Z).length() < 1e-12);
@@ -246,7 +249,10 @@ fn what_is_not_read_is_refused_by_name() {
     assert_eq!(meshopt, "the file uses meshopt compression (EXT_meshopt_compression), which planish does not read");
     let sparse = with(&|d| d["accessors"][0]["sparse"] = json!({ "count": 1 }));
     assert_eq!(sparse, "the file uses a sparse accessor (0, POSITION), which planish does not read");
-    assert_eq!(with(&|d| d["asset"]["version"] = "1.0".into()), "the file uses glTF of version 1.0, which planish does not read");
+    assert_eq!(
+        with(&|d| d["asset"]["version"] = "1.0".into()),
+        "the file uses glTF of version 1.0, which planish does not read"
+    );
 }
 
 #[test]
@@ -257,7 +263,10 @@ fn errors_name_the_part_of_the_document() {
         error(&document)
     };
     let count = with(&|d| d["accessors"][0]["count"] = 4_000_000_000_u64.into());
-    assert_eq!(count, "the file promises 4000000000 × `POSITION of accessor 0`, which need 127999999980 bytes or more, and has 192 left");
+    assert_eq!(
+        count,
+        "the file promises 4000000000 × `POSITION of accessor 0`, which need 127999999980 bytes or more, and has 192 left"
+    );
     let indices = with(&|d| d["accessors"][3]["count"] = json!(7));
     assert!(indices.contains("`indices of accessor 3`"), "{indices}");
     let missing = with(&|d| d["meshes"][0]["primitives"][0]["attributes"] = json!({}));

@@ -27,12 +27,20 @@ pub(super) fn parse(bytes: Vec<u8>) -> Result<Off, ReadError> {
     let mut lines = Words { bytes: &bytes, at, line: 1 };
     let mut words = Vec::new();
     let (attributes, [vertices, faces]) = header(&mut lines, &mut words)?;
-    let mut reader = Reader { lines, words, builder: Builder::default(), raw_colours: Vec::new(), whole_colours: true };
+    let mut reader = Reader {
+        lines,
+        words,
+        builder: Builder::default(),
+        raw_colours: Vec::new(),
+        whole_colours: true,
+        has_bytes: false,
+    };
     // A vertex needs at least six bytes, a face two; the last line may lack its end.
     let left = bytes.len() - reader.lines.at + 1;
     let needed = u128::from(vertices) * 6 + u128::from(faces) * 2;
     if needed > left as u128 {
-        let (element, count) = if u128::from(vertices) * 6 > left as u128 { ("vertex", vertices) } else { ("face", faces) };
+        let (element, count) =
+            if u128::from(vertices) * 6 > left as u128 { ("vertex", vertices) } else { ("face", faces) };
         let kind = ReadErrorKind::Truncated { element: element.to_owned(), count, needed, left };
         return Err(kind.at(Place::Line(reader.lines.line)));
     }
@@ -76,8 +84,8 @@ fn header(lines: &mut Words, words: &mut Vec<Range<usize>>) -> Result<(Attribute
     }
     let count = |k: usize| words.get(k).and_then(|w| std::str::from_utf8(&lines.bytes[w.clone()]).ok()?.parse().ok());
     let counts = count(0).zip(count(1));
-    let (vertices, faces) = counts
-        .ok_or_else(|| foreign("the numbers of vertices and faces are missing").at(Place::Line(lines.line)))?;
+    let (vertices, faces) =
+        counts.ok_or_else(|| foreign("the numbers of vertices and faces are missing").at(Place::Line(lines.line)))?;
     Ok((attributes, [vertices, faces]))
 }
 
@@ -89,6 +97,8 @@ struct Reader<'a> {
     raw_colours: Vec<[f32; 3]>,
     /// True as long as all numbers of colours are whole.
     whole_colours: bool,
+    /// True if a number of a colour, opacity among them, is more than 1.
+    has_bytes: bool,
 }
 
 impl Reader<'_> {
@@ -118,8 +128,7 @@ impl Reader<'_> {
         self.next_line("vertex", index)?;
         let number = |k: usize| self.number("vertex", index, k);
         let p = DVec3::new(number(0)?, number(1)?, number(2)?);
-        let normal =
-            if attributes.normal { Some(DVec3::new(number(3)?, number(4)?, number(5)?)) } else { None };
+        let normal = if attributes.normal { Some(DVec3::new(number(3)?, number(4)?, number(5)?)) } else { None };
         let after = if attributes.normal { 6 } else { 3 };
         let end = self.words.len();
         let uv_at = end.saturating_sub(2).max(after);
@@ -127,6 +136,7 @@ impl Reader<'_> {
         // Many programs write colours into files that promise none.
         let colour_end = if attributes.uv { uv_at } else { end };
         let has_colour = (3..=4).contains(&(colour_end - after.min(colour_end)));
+        let has_bytes = (after..colour_end).any(|k| number(k).is_ok_and(|x| x > 1.0));
         let mut colour = [0.0; 3];
         if has_colour {
             for (k, x) in colour.iter_mut().enumerate() {
@@ -135,6 +145,7 @@ impl Reader<'_> {
             let is_whole = |k: &Range<usize>| !self.lines.bytes[k.clone()].contains(&b'.');
             self.whole_colours &= self.words[after..after + 3].iter().all(is_whole);
             self.raw_colours.push(colour);
+            self.has_bytes |= has_bytes;
         }
         self.builder.data.positions.push(p);
         self.builder.data.normals.extend(normal);
@@ -168,7 +179,7 @@ impl Reader<'_> {
 
     /// Hands the colours on, as fractions of 1.
     fn colours(&mut self) {
-        let full = if self.whole_colours && self.raw_colours.iter().flatten().any(|x| *x > 1.0) { 255.0 } else { 1.0 };
+        let full = if self.whole_colours && self.has_bytes { 255.0 } else { 1.0 };
         let colours = self.raw_colours.iter().map(|c| c.map(|x| x / full));
         self.builder.data.colours = colours.filter(|c| c.iter().all(|x| x.is_finite())).collect();
     }

@@ -13,19 +13,21 @@ pub(in crate::source) fn print(mesh: &Attributes) -> Vec<u8> {
     let (v, f) = (data.positions().len(), data.faces().len());
     let mut out = format!("{uvs}{colours}{normals}OFF\n{v} {f} 0\n").into_bytes();
     for (v, p) in data.positions().iter().enumerate() {
-        let mut separator = None;
-        let mut push = |x: f64| {
-            out.extend(separator);
-            push_number(&mut out, x);
-            separator = Some(b' ');
+        push_number(&mut out, p.x);
+        let push = |out: &mut Vec<u8>, x: f64| {
+            out.push(b' ');
+            push_number(out, x);
         };
-        p.to_array().into_iter().for_each(&mut push);
-        mesh.vertex_normals.iter().flat_map(|normals| normals[v].to_array()).for_each(&mut push);
-        let colour = data.colours().get(v).map(|[r, g, b]| [*r, *g, *b, 1.0]);
-        // The shortest decimal of single precision, as double precision.
-        let decimal = |x: f32| ryu::Buffer::new().format(x).parse().unwrap_or(f64::from(x));
-        colour.into_iter().flatten().map(decimal).for_each(&mut push);
-        mesh.vertex_uvs.iter().flat_map(|uvs| uvs[v].to_array()).for_each(&mut push);
+        [p.y, p.z].into_iter().for_each(|x| push(&mut out, x));
+        mesh.vertex_normals.iter().flat_map(|normals| normals[v].to_array()).for_each(|x| push(&mut out, x));
+        if let Some(colour) = data.colours().get(v) {
+            // Whole numbers, which more programs read than fractions.
+            for x in colour.map(|x| (x.clamp(0.0, 1.0) * 255.0).round() as u8).into_iter().chain([u8::MAX]) {
+                out.push(b' ');
+                out.extend(itoa::Buffer::new().format(x).as_bytes());
+            }
+        }
+        mesh.vertex_uvs.iter().flat_map(|uvs| uvs[v].to_array()).for_each(|x| push(&mut out, x));
         out.push(b'\n');
     }
     for face in data.faces().iter() {

@@ -41,7 +41,14 @@ fn only_the_numbers_that_change_change() {
 #[test]
 fn the_first_word_and_the_line_of_counts_come_in_many_ways() {
     let rest = "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
-    for head in ["OFF\n3 1 0\n", "OFF 3 1 0\n", "3 1 0\n", "OFF\n3 1\n", "\u{feff}OFF\n3 1 3\n", "# x\n\nOFF # y\n# z\n3 1 0 # w\n"] {
+    for head in [
+        "OFF\n3 1 0\n",
+        "OFF 3 1 0\n",
+        "3 1 0\n",
+        "OFF\n3 1\n",
+        "\u{feff}OFF\n3 1 3\n",
+        "# x\n\nOFF # y\n# z\n3 1 0 # w\n",
+    ] {
         let off = parse(&format!("{head}{rest}"));
         assert_eq!((off.data().positions().len(), off.data().faces().len()), (3, 1), "{head}");
         let mut moved = off.data().positions().to_vec();
@@ -66,13 +73,22 @@ fn errors_name_the_line_and_the_element() {
         Off::parse(EVERYTHING.replacen(old, new, 1).into()).unwrap_err().to_string()
     };
     assert_eq!(broken("0 1 0  1 0 0", "0 one 0  1 0 0"), "line 8: vertex 3: `one` is not a number");
-    assert_eq!(broken("1 0 0.1  0", "1 nan 0.1  0"), "vertex 1, which a face uses, has a coordinate that is not finite");
+    assert_eq!(
+        broken("1 0 0.1  0", "1 nan 0.1  0"),
+        "vertex 1, which a face uses, has a coordinate that is not finite"
+    );
     assert_eq!(broken("3 1 4 2", "3 1 5 2"), "line 11: face 1 names vertex 5: there are 5, counted from 0");
     assert_eq!(broken("3 1 4 2", "5 1 4 2"), "line 11: face 1 promises 5 corners and has 3 numbers");
     assert_eq!(broken("3 1 4 2\r\n", ""), "line 11: the file ends within face 1");
-    assert_eq!(broken("STCNOFF", "nOFF"), "line 1: the file uses `nOFF`, vertices with another number of dimensions than three, which planish does not read");
+    assert_eq!(
+        broken("STCNOFF", "nOFF"),
+        "line 1: the file uses `nOFF`, vertices with another number of dimensions than three, which planish does not read"
+    );
     assert_eq!(broken("STCNOFF #", "OFF BINARY #"), "line 1: the file uses binary OFF, which planish does not read");
-    assert_eq!(broken("5 2 0", "five 2 0"), "line 3: this is no OFF file: the numbers of vertices and faces are missing");
+    assert_eq!(
+        broken("5 2 0", "five 2 0"),
+        "line 3: this is no OFF file: the numbers of vertices and faces are missing"
+    );
     assert!(broken("5 2 0", "4000000000 2 0").contains("promises 4000000000 × `vertex`"));
     assert!(broken("5 2 0", "5 18446744073709551615 0").contains("promises 18446744073709551615 × `face`"));
     assert_eq!(Off::parse(Vec::new()).unwrap_err().kind, ReadErrorKind::Empty);
@@ -88,7 +104,8 @@ fn a_vertex_that_no_face_uses_may_be_nothing() {
 
 #[test]
 fn meshes_from_elsewhere_are_printed_with_the_attributes_of_vertices() {
-    let obj = "v 0 0 0 1 0 0\nv 1 0 0.1 0 1 0.5\nv 0 1 0 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\nvn 0 0 1\nf 1/1/1 2/2/1 3/3/1\n";
+    let obj =
+        "v 0 0 0 1 0 0\nv 1 0 0.1 0 1 0.2\nv 0 1 0 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\nvn 0 0 1\nf 1/1/1 2/2/1 3/3/1\n";
     let source = Source::parse(obj.into(), None).unwrap();
     let written = source.written_as(Format::Off, source.data().positions(), None);
     assert_eq!((written.rounding, written.lost.len()), (0.0, 0));

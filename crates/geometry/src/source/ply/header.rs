@@ -179,8 +179,25 @@ impl Header {
             all.push(counted(self.comments as u64, "comment", "comments"));
         }
         let known = [
-            "x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "s", "t", "u", "v", "texture_u", "texture_v",
-            "vertex_indices", "vertex_index", "texcoord", "texnumber",
+            "x",
+            "y",
+            "z",
+            "nx",
+            "ny",
+            "nz",
+            "red",
+            "green",
+            "blue",
+            "s",
+            "t",
+            "u",
+            "v",
+            "texture_u",
+            "texture_v",
+            "vertex_indices",
+            "vertex_index",
+            "texcoord",
+            "texnumber",
         ];
         for element in &self.elements {
             let unknown: Vec<&str> =

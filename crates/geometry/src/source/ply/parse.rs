@@ -147,7 +147,7 @@ pub(super) fn parse(bytes: Vec<u8>) -> Result<Ply, ReadError> {
         builder.notes.push("the faces have normals of their own, which are kept as they are".to_owned());
     }
     let (data, notes) = builder.finish().map_err(whole)?;
-    Ok(Ply { data, vertex, vertices_at, vertices_line, notes, header, bytes })
+    Ok(Ply { bytes, data, header, vertex, vertices_at, vertices_line, notes })
 }
 
 /// Name of the material that stands for a texture: its file name, which is made different from all earlier ones.
@@ -324,8 +324,6 @@ impl Faces<'_> {
         let data = &self.builder.data;
         let count = data.positions.len();
         let stray = data.faces.items().iter().find(|corner| corner.position as usize >= count);
-        stray.map_or(Ok(()), |corner| {
-            Err(ReadErrorKind::OutOfRange { face: 0, vertex: corner.position.into(), count })
-        })
+        stray.map_or(Ok(()), |corner| Err(ReadErrorKind::OutOfRange { face: 0, vertex: corner.position.into(), count }))
     }
 }

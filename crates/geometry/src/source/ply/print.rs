@@ -2,6 +2,7 @@
 
 use super::scalar::{Encoding, Scalar};
 use crate::source::convert::{Attributes, Precision};
+use glam::{DVec2, DVec3};
 use std::fmt::Write as _;
 
 /// Prints a mesh. Attributes that all corners at a vertex share become properties of the vertices; other texture coordinates become
@@ -36,11 +37,11 @@ pub(in crate::source) fn print(mesh: &Attributes, precision: Precision) -> Vec<u
     for (v, p) in data.positions().iter().enumerate() {
         p.to_array().into_iter().for_each(|x| push(number, x));
         let normal = mesh.vertex_normals.as_ref().map(|normals| normals[v]);
-        normal.iter().flat_map(|n| n.to_array()).for_each(|x| push(Scalar::F32, x));
+        normal.iter().flat_map(DVec3::to_array).for_each(|x| push(Scalar::F32, x));
         let colour = data.colours().get(v);
         colour.into_iter().flatten().for_each(|x| push(Scalar::U8, (f64::from(*x) * 255.0).clamp(0.0, 255.0)));
         let uv = mesh.vertex_uvs.as_ref().map(|uvs| uvs[v]);
-        uv.iter().flat_map(|uv| uv.to_array()).for_each(|x| push(Scalar::F32, x));
+        uv.iter().flat_map(DVec2::to_array).for_each(|x| push(Scalar::F32, x));
     }
     for face in data.faces().iter() {
         push(Scalar::U32, face.len() as f64);
@@ -49,7 +50,7 @@ pub(in crate::source) fn print(mesh: &Attributes, precision: Precision) -> Vec<u
             let uvs: Option<Vec<_>> = face.iter().map(|c| c.uv().map(|uv| data.uvs()[uv as usize])).collect();
             let uvs = uvs.unwrap_or_default();
             push(Scalar::U32, 2.0 * uvs.len() as f64);
-            uvs.iter().flat_map(|uv| uv.to_array()).for_each(|x| push(Scalar::F32, x));
+            uvs.iter().flat_map(DVec2::to_array).for_each(|x| push(Scalar::F32, x));
         }
     }
     out

@@ -154,8 +154,7 @@ fn triangle_strips_become_triangles() {
                 element tristrips 1\nproperty list int int vertex_indices\nend_header\n\
                 0 0 0\n1 0 0\n0 1 0\n1 1 0\n2 2 0\n8 0 1 2 3 -1 1 4 3\n";
     let ply = parse(text.as_bytes());
-    let faces: Vec<Vec<u32>> =
-        ply.data().faces().iter().map(|f| f.iter().map(|c| c.position).collect()).collect();
+    let faces: Vec<Vec<u32>> = ply.data().faces().iter().map(|f| f.iter().map(|c| c.position).collect()).collect();
     assert_eq!(faces, [[0, 1, 2], [2, 1, 3], [1, 4, 3]]);
 }
 
@@ -206,7 +205,11 @@ fn faces_with_two_corners_stay_in_the_file_and_out_of_the_surface() {
 fn errors_name_the_place_and_the_element() {
     for (old, new, expected) in [
         ("ply\n", "plY\n", "this is no PLY file: its first line is not `ply`"),
-        ("format ascii 1.0", "format gzip 1.0", "line 2: the file uses the PLY format `gzip`, which planish does not read"),
+        (
+            "format ascii 1.0",
+            "format gzip 1.0",
+            "line 2: the file uses the PLY format `gzip`, which planish does not read",
+        ),
         ("element vertex 5", "element vertex five", "line 3: `element vertex five` is no line of a PLY header"),
         ("element vertex 5", "element points 5", "no vertices: the file has no mesh"),
         ("property float z", "property float w", "the element `vertex` lacks `x`, `y` or `z`"),
@@ -290,10 +293,8 @@ proptest! {
         let ply = parse(&bytes);
         let moved: Vec<DVec3> = moves.into_iter().map(DVec3::from_array).collect();
         let out = parse(&ply.with_positions(&moved, None));
-        for v in 0..4 {
-            prop_assert_eq!(out.data().positions()[v].as_vec3().x, moved[v].as_vec3().x);
-            prop_assert_eq!(out.data().positions()[v].y, moved[v].y);
-            prop_assert_eq!(out.data().positions()[v].z, moved[v].z);
+        for (p, q) in out.data().positions().iter().zip(&moved) {
+            prop_assert_eq!((p.as_vec3().x, p.y, p.z), (q.as_vec3().x, q.y, q.z));
         }
         // Moved back, the binary file is the old one again; in a text file only spellings differ.
         let back = out.with_positions(ply.data().positions(), None);

@@ -1,10 +1,10 @@
 //! Writer of meshes that did not come from an STL file: binary.
 
-use super::rewrite::facet_normal;
 use super::HEADER;
+use super::rewrite::facet_normal;
 use crate::mesh::polygon;
 use crate::source::MeshData;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// Prints the triangles of a mesh in single precision.
 pub(in crate::source) fn print(data: &MeshData) -> Vec<u8> {
@@ -16,8 +16,8 @@ pub(in crate::source) fn print(data: &MeshData) -> Vec<u8> {
         let points: Vec<DVec3> = face.iter().map(|c| data.positions()[c.position as usize]).collect();
         polygon::triangulate(&points, |triangle| {
             let corners = triangle.map(|k| points[k].as_vec3());
-            let normal = facet_normal(&corners.map(|p| p.as_dvec3()));
-            for x in [normal].iter().chain(&corners).flat_map(|p| p.to_array()) {
+            let normal = facet_normal(&corners.map(Vec3::as_dvec3));
+            for x in [normal].iter().chain(&corners).flat_map(Vec3::to_array) {
                 out.extend(x.to_le_bytes());
             }
             out.extend([0, 0]);
