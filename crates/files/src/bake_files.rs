@@ -16,7 +16,6 @@ use planish_geometry::progress::Progress;
 use planish_geometry::source::materials;
 use planish_geometry::source::mesh_file::MeshFile;
 use planish_geometry::source::model::Model;
-use planish_geometry::source::obj::Obj;
 use std::path::{Path, PathBuf};
 
 /// A mesh to bake and the folder that its files will lie in; names in the manifest and the materials depend on that folder.
@@ -117,8 +116,7 @@ impl Job<'_> {
         };
         let texture = |name: &str| embedded(name).or_else(|| std::fs::read(texture_path(input, name)).ok());
         let side_files = SideFiles { libraries: &libraries, relocate: &relocate, texture: &texture };
-        let mut bundle =
-            bake::bake(model, &names, side_files, settings, progress).map_err(|e| explain(e, model, input))?;
+        let mut bundle = bake::bake(model, &names, side_files, settings, progress).map_err(|e| explain(e, input))?;
         let within = names_of_textures.iter().filter_map(|name| Some((embedded_name(name), embedded(name)?)));
         for (name, bytes) in within {
             if bundle.files.iter().all(|file| file.name != name) {
@@ -160,19 +158,13 @@ fn texture_path(input: &Path, texture: &str) -> PathBuf {
 }
 
 /// Says why a mesh cannot be baked, with the option or the step in another program that helps.
-fn explain(error: BakeError, model: &Model, input: &Path) -> Failure {
+fn explain(error: BakeError, input: &Path) -> Failure {
     match error {
         BakeError::Cancelled(_) => Failure::Interrupted,
         BakeError::Atlas(AtlasError::NoUvs) => Failure::at(
             input,
             "has no texture coordinates (no face names a `vt`): use --layout vertex, which needs none, --layout unwrap, or unwrap it first (in Blender: Edit Mode, U, Smart UV Project)",
         ),
-        BakeError::Atlas(AtlasError::NonFinite { uv }) => {
-            let lines = model.source().as_obj().map_or(&[][..], Obj::non_finite_uvs);
-            let line = lines.iter().find(|l| l.0 == uv).or(lines.first());
-            let line = line.map(|l| format!("line {}: ", l.1)).unwrap_or_default();
-            Failure::at(input, format!("{line}a texture coordinate that a face uses is not finite"))
-        }
         BakeError::NoTangents => {
             Failure::at(input, "has no texture coordinates, and --space tangent needs some; use --space object")
         }

@@ -4,6 +4,7 @@
 //! its format. A format is a type with [`MeshFile`], a variant of [`Source`] and a line in [`Source::parse`].
 
 mod arrays;
+pub(crate) mod colours;
 mod convert;
 pub mod format;
 pub mod gltf;

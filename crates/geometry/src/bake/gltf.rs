@@ -12,6 +12,7 @@ mod wedges;
 
 use crate::mesh::jagged::Index;
 use crate::source::Source;
+use crate::source::colours;
 use crate::source::materials::Material;
 use crate::source::model::Model;
 use glam::{DVec3, Vec2, Vec3};
@@ -97,7 +98,7 @@ pub enum GltfError {
 ///
 /// Vertices are the distinct pairs of source vertex and texture coordinates at corners of the triangles, in the order of
 /// the source; positions are the welded ones. Texture coordinates have v down. `TEXCOORD_0` is (0, 0) where a corner names
-/// no texture coordinates or some that are not finite. If the mesh has none at all, `TEXCOORD_0` equals `TEXCOORD_1`, because
+/// no texture coordinates or some that are not finite. `COLOR_0` has the colours of the source vertices, linear, if they have some. If the mesh has none at all, `TEXCOORD_0` equals `TEXCOORD_1`, because
 /// glTF numbers sets from 0. A vertex without a normal gets +Z.
 ///
 /// At weight 1 the target gives the denoised positions but for one rounding of single precision: differences are
@@ -193,7 +194,11 @@ fn attributes(carrier: &Carrier, wedges: &Wedges, buffer: &mut glb::Buffer) -> R
     } else {
         samples
     };
-    let attributes = json!({ "POSITION": position, "NORMAL": normal, "TEXCOORD_0": uvs, "TEXCOORD_1": samples });
+    let mut attributes = json!({ "POSITION": position, "NORMAL": normal, "TEXCOORD_0": uvs, "TEXCOORD_1": samples });
+    if !model.data().colours().is_empty() {
+        let colour = |source: &Index| model.data().colours()[*source as usize].map(colours::to_linear);
+        attributes["COLOR_0"] = buffer.attribute(&wedges.sources.par_iter().map(colour).collect::<Vec<_>>()).into();
+    }
     Ok((attributes, target))
 }
 

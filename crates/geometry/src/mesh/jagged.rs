@@ -64,6 +64,10 @@ impl<T> Ragged<T> {
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &[T]> + Clone {
         self.starts.windows(2).map(|w| &self.items[w[0] as usize..w[1] as usize])
     }
+    /// Items of all lists, list after list, to be changed in place.
+    pub(crate) fn items_mut(&mut self) -> &mut [T] {
+        &mut self.items
+    }
     /// Items of all lists, list after list.
     pub fn items(&self) -> &[T] {
         &self.items

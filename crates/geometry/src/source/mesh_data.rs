@@ -63,11 +63,11 @@ impl MeshData {
     pub fn positions(&self) -> &[DVec3] {
         &self.positions
     }
-    /// Colours of the source vertices as in the source: red, green and blue; empty unless each has one. #v×3
+    /// Colours of the source vertices: red, green and blue, 0..=1, encoded as sRGB; empty unless each has one. #v×3
     pub fn colours(&self) -> &[[f32; 3]] {
         &self.colours
     }
-    /// Texture coordinates, v up; those of a file may be NaN. #vt×2
+    /// Texture coordinates, v up; those of a file may be NaN, but no corner names such. #vt×2
     pub fn uvs(&self) -> &[DVec2] {
         &self.uvs
     }
@@ -118,6 +118,24 @@ impl MeshData {
         unplaced.iter().for_each(|&v| self.positions[v as usize] = place);
         self.unplaced = unplaced;
         Ok(())
+    }
+    /// Takes texture coordinates and normals from the corners that name none that exists, or texture coordinates that are not
+    /// finite. Returns the face of each corner that lost something, in ascending order.
+    pub(crate) fn drop_broken_attributes(&mut self) -> Vec<Index> {
+        let (uvs, normals) = (&self.uvs, self.normals.len());
+        let is_good_uv = |uv: &Index| uvs.get(*uv as usize).is_some_and(|uv| uv.is_finite());
+        let is_good =
+            |c: &Corner| c.uv().is_none_or(|uv| is_good_uv(&uv)) && c.normal().is_none_or(|n| (n as usize) < normals);
+        let faces = (0..).zip(self.faces.iter());
+        let broken: Vec<Index> =
+            faces.flat_map(|(f, face)| face.iter().filter(|c| !is_good(c)).map(move |_| f)).collect();
+        if !broken.is_empty() {
+            for c in self.faces.items_mut() {
+                let normal = c.normal().filter(|n| (*n as usize) < normals);
+                *c = Corner::new(c.position, c.uv().filter(&is_good_uv), normal);
+            }
+        }
+        broken
     }
     /// Returns whether writers should give a source vertex another position: it differs, be it in the sign
     /// of a zero, and the vertex has one.

@@ -89,6 +89,12 @@ impl Builder {
             return Err(ReadErrorKind::TooLarge);
         }
         self.data.place_unused().map_err(|vertex| ReadErrorKind::NotFinite { vertex })?;
+        let broken = self.data.drop_broken_attributes();
+        if let Some(first) = broken.first() {
+            let (count, corners) = (broken.len(), if broken.len() == 1 { "corner has" } else { "corners have" });
+            let what = "texture coordinates that are not finite, and count as without";
+            self.notes.push(format!("{count} {corners} {what}, the first in face {first}"));
+        }
         let count = self.data.unplaced.len();
         if let Some(first) = self.data.unplaced.first() {
             let (vertices, have) = if count == 1 { ("vertex", "has") } else { ("vertices", "have") };

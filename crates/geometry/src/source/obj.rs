@@ -45,10 +45,12 @@ pub struct Obj {
     data: MeshData,
     non_finite_uvs: Vec<(Index, u32)>,
     extras: Extras,
+    notes: Vec<String>,
 }
 
 impl Obj {
-    /// Reads a file and checks that every position is finite and every index in range.
+    /// Reads a file and checks that every position that a face uses is finite and every index of a vertex in range. What a
+    /// surface can do without (texture coordinates, normals, faces with fewer than three corners) may be broken.
     ///
     /// The reader understands negative and forward indices, all corner spellings, continuations, inline comments, every line
     /// ending, and names in any encoding.
@@ -68,7 +70,7 @@ impl Obj {
     pub fn data(&self) -> &MeshData {
         &self.data
     }
-    /// Index and line of each `vt` line with a number that is not finite; an error only for callers that need UVs.
+    /// Index and line of each `vt` line with a number that is not finite; corners that name it count as without.
     pub fn non_finite_uvs(&self) -> &[(Index, u32)] {
         &self.non_finite_uvs
     }
@@ -108,6 +110,9 @@ impl MeshFile for Obj {
         .filter(|(count, ..)| *count > 0)
         .map(|(count, one, many)| format!("{count} {}", if count == 1 { one } else { many }))
         .collect()
+    }
+    fn notes(&self) -> &[String] {
+        &self.notes
     }
 }
 

@@ -5,6 +5,7 @@ use super::container::Container;
 use super::{Block, Gltf, index, list, materials, scene};
 use crate::mesh::jagged::Index;
 use crate::source::Corner;
+use crate::source::colours;
 use crate::source::mesh_data::MaterialRun;
 use crate::source::mesh_file::Builder;
 use crate::source::read_error::{Place, ReadError, ReadErrorKind};
@@ -134,12 +135,12 @@ impl Reader<'_> {
         let value = |v| DVec3::from_array([0, 1, 2].map(|k| block.accessor.get(bytes, v, k)));
         self.builder.data.positions.extend((0..count).map(|v| block.placed(value(v))));
         self.positions.push(block);
-        let colours = index(&primitive["attributes"]["COLOR_0"]).filter(|_| self.coloured);
-        self.coloured = colours.is_some();
-        if let Some(colours) = colours {
-            let accessor = self.accessor(colours, "COLOR_0", &[3, 4])?;
+        let set = index(&primitive["attributes"]["COLOR_0"]).filter(|_| self.coloured);
+        self.coloured = set.is_some();
+        if let Some(set) = set {
+            let accessor = self.accessor(set, "COLOR_0", &[3, 4])?;
             let bytes = self.container.buffer(accessor.buffer);
-            let colour = |v| [0, 1, 2].map(|k| accessor.get(bytes, v, k) as f32);
+            let colour = |v| [0, 1, 2].map(|k| colours::from_linear(accessor.get(bytes, v, k) as f32));
             self.builder.data.colours.extend((0..accessor.count.min(count)).map(colour));
         }
         Ok((first, count))

@@ -3,6 +3,7 @@
 use super::container::to_data_uri;
 use crate::mesh::jagged::Index;
 use crate::mesh::polygon;
+use crate::source::colours;
 use crate::source::{Corner, MeshData};
 use glam::DVec3;
 use rustc_hash::FxHashMap;
@@ -90,7 +91,7 @@ pub(in crate::source) fn print(data: &MeshData, is_binary: bool) -> Vec<u8> {
         attribute("TEXCOORD_0", buffer.floats(&corners.iter().map(uv).collect::<Vec<_>>()));
     }
     if !data.colours().is_empty() {
-        attribute("COLOR_0", buffer.floats(&of(&|c| data.colours()[c.position as usize].map(|x| x.clamp(0.0, 1.0)))));
+        attribute("COLOR_0", buffer.floats(&of(&|c| data.colours()[c.position as usize].map(colours::to_linear))));
     }
     let mut primitives = Vec::new();
     for (list, triangles) in triangles.iter().enumerate().filter(|(_, triangles)| !triangles.is_empty()) {

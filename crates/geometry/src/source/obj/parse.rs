@@ -55,20 +55,15 @@ pub enum ObjErrorKind {
         /// Number of numbers that it has.
         found: usize,
     },
-    /// The face has fewer than three corners; the number is how many it has.
-    #[error("a face needs at least three corners, found {0}")]
-    TooFewCorners(usize),
     /// The corner is not spelled `v`, `v/vt`, `v//vn` or `v/vt/vn`.
     #[error("`{0}` is not a face corner (v, v/vt, v//vn or v/vt/vn)")]
     BadCorner(String),
-    /// The corner has an index 0, but indices count from 1.
+    /// The corner has an index 0 for its vertex, but indices count from 1.
     #[error("index 0 in `{0}`: OBJ counts from 1")]
     ZeroIndex(String),
-    /// The index names no line.
-    #[error("index {index} names no `{keyword}` line: there are {count}")]
+    /// The index names no `v` line.
+    #[error("index {index} names no `v` line: there are {count}")]
     OutOfRange {
-        /// Keyword of the lines that the index counts: `v`, `vt` or `vn`.
-        keyword: &'static str,
         /// Index as it is written, counted from 1 or, if negative, backwards from the line.
         index: i64,
         /// Number of such lines in the file; for a negative index, before the line.
@@ -82,7 +77,7 @@ pub enum ObjErrorKind {
 /// Number of bytes at the start of a file that are searched for a NUL, the sign of a binary file.
 const SNIFFED: usize = 4096;
 
-/// Largest index of one kind so far. It is checked when all lines are known, because faces may come before vertices.
+/// Largest index of a vertex so far. It is checked when all lines are known, because faces may come before vertices.
 #[derive(Default)]
 struct Highest {
     index: Index,
@@ -95,10 +90,10 @@ impl Highest {
             *self = Self { index, line };
         }
     }
-    fn check(&self, keyword: &'static str, count: usize) -> Result<(), ObjError> {
+    fn check(&self, count: usize) -> Result<(), ObjError> {
         if self.line != 0 && self.index as usize >= count {
             let index = i64::from(self.index) + 1;
-            let kind = ObjErrorKind::OutOfRange { keyword, index, count };
+            let kind = ObjErrorKind::OutOfRange { index, count };
             return Err(ObjError { line: Some(self.line), kind });
         }
         Ok(())
@@ -109,8 +104,33 @@ struct Reader<'a> {
     bytes: &'a [u8],
     data: MeshData,
     non_finite_uvs: Vec<(Index, u32)>,
+    /// Index, line and token of each `v` line that is not finite.
+    non_finite: Vec<(Index, u32, String)>,
     extras: Extras,
-    highest: [Highest; 3],
+    highest: Highest,
+    short_faces: Oddity,
+    zero_indices: Oddity,
+    absent: Oddity,
+}
+
+/// Something odd that is handled: how often there is such a thing, and its first line.
+#[derive(Default)]
+struct Oddity {
+    count: usize,
+    line: u32,
+}
+
+impl Oddity {
+    fn add(&mut self, line: u32) {
+        self.count += 1;
+        self.line = if self.line == 0 { line } else { self.line.min(line) };
+    }
+    /// Note about it; `None` if there is no such thing.
+    fn note(&self, one: &str, many: &str, what: &str) -> Option<String> {
+        let Self { count, line } = self;
+        let things = if *count == 1 { one } else { many };
+        (*count > 0).then(|| format!("{count} {things} {what}, the first in line {line}"))
+    }
 }
 
 pub(super) fn parse(bytes: Vec<u8>) -> Result<Obj, ObjError> {
@@ -125,26 +145,54 @@ pub(super) fn parse(bytes: Vec<u8>) -> Result<Obj, ObjError> {
         bytes: &bytes,
         data: MeshData::default(),
         non_finite_uvs: Vec::new(),
+        non_finite: Vec::new(),
         extras: Extras::default(),
-        highest: Default::default(),
+        highest: Highest::default(),
+        short_faces: Oddity::default(),
+        zero_indices: Oddity::default(),
+        absent: Oddity::default(),
     };
     for statement in Statements::new(&bytes) {
         reader.statement(&statement).map_err(|kind| ObjError { line: Some(statement.line), kind })?;
     }
-    let Reader { mut data, non_finite_uvs, extras, highest, .. } = reader;
+    let Reader { mut data, non_finite_uvs, non_finite, extras, highest, short_faces, zero_indices, mut absent, .. } =
+        reader;
     if data.positions.is_empty() {
         return Err(whole(ObjErrorKind::NoVertices));
     }
     if data.faces.is_empty() {
         return Err(whole(ObjErrorKind::NoFaces));
     }
-    highest[0].check("v", data.positions.len())?;
-    highest[1].check("vt", data.uvs.len())?;
-    highest[2].check("vn", data.normals.len())?;
+    highest.check(data.positions.len())?;
+    if let Err(used) = data.place_unused() {
+        let at = non_finite.binary_search_by_key(&used, |(index, ..)| *index).unwrap_or_default();
+        let (_, line, token) = non_finite[at].clone();
+        return Err(ObjError { line: Some(line), kind: ObjErrorKind::NotFinite(token) });
+    }
+    for face in data.drop_broken_attributes() {
+        absent.add(data.face_lines[face as usize]);
+    }
+    let mut unplaced = Oddity::default();
+    non_finite.iter().for_each(|(_, line, _)| unplaced.add(*line));
+    let notes = [
+        short_faces.note("`f` line has", "`f` lines have", "fewer than three corners and stay as they are"),
+        zero_indices.note("corner has", "corners have", "an index 0 for `vt` or `vn`, which is read as none"),
+        absent.note(
+            "corner names",
+            "corners name",
+            "a `vt` or `vn` that does not exist or is not finite, and count as without",
+        ),
+        unplaced.note(
+            "`v` line that no face uses is",
+            "`v` lines that no face uses are",
+            "not finite and stay as they are",
+        ),
+    ];
     if data.colours.len() != data.positions.len() {
         data.colours = Vec::new();
     }
-    Ok(Obj { bytes, data, non_finite_uvs, extras })
+    let notes = notes.into_iter().flatten().collect();
+    Ok(Obj { bytes, data, non_finite_uvs, extras, notes })
 }
 
 impl Reader<'_> {
@@ -191,9 +239,11 @@ impl Reader<'_> {
                 return Err(ObjErrorKind::TooFewNumbers { keyword: "v", needed: 3, found });
             };
             let token = &self.bytes[token];
-            *x = fast_float2::parse(token).map_err(|_| ObjErrorKind::NotANumber(shown(token)))?;
-            if !x.is_finite() {
-                return Err(ObjErrorKind::NotFinite(shown(token)));
+            *x = lenient(token)?;
+            let index = self.data.positions.len() as Index;
+            // Whether a face uses the vertex is known only at the end.
+            if !x.is_finite() && self.non_finite.last().is_none_or(|(last, ..)| *last != index) {
+                self.non_finite.push((index, statement.line, shown(token)));
             }
         }
         let fourth = tokens.next();
@@ -250,11 +300,11 @@ impl Reader<'_> {
             let corner = self.corner(&self.bytes[token], statement.line)?;
             self.data.faces.extend_open(corner);
         }
-        let corners = self.data.faces.close();
-        if corners < 3 {
-            return Err(ObjErrorKind::TooFewCorners(corners));
+        if self.data.faces.close_if(3) {
+            self.data.face_lines.push(statement.line);
+        } else {
+            self.short_faces.add(statement.line);
         }
-        self.data.face_lines.push(statement.line);
         fits(self.data.faces.items().len())
     }
 
@@ -271,15 +321,32 @@ impl Reader<'_> {
             }
             let index = integer(part).ok_or_else(bad)?;
             let index = match index {
+                0 if k > 0 => {
+                    self.zero_indices.add(line);
+                    continue;
+                }
                 0 => return Err(ObjErrorKind::ZeroIndex(shown(token))),
-                1.. => Index::try_from(index - 1).map_err(|_| bad())?,
-                _ => usize::try_from(counts[k] as i64 + index).map_err(|_| {
-                    let keyword = ["v", "vt", "vn"][k];
-                    ObjErrorKind::OutOfRange { keyword, index, count: counts[k] }
-                })? as Index,
+                1.. => match Index::try_from(index - 1) {
+                    Ok(index) if k == 0 || index != Index::MAX => index,
+                    _ if k > 0 => {
+                        self.absent.add(line);
+                        continue;
+                    }
+                    _ => return Err(bad()),
+                },
+                _ => match usize::try_from(counts[k] as i64 + index) {
+                    Ok(index) => index as Index,
+                    Err(_) if k > 0 => {
+                        self.absent.add(line);
+                        continue;
+                    }
+                    Err(_) => return Err(ObjErrorKind::OutOfRange { index, count: counts[k] }),
+                },
             };
             named[k] = Some(index);
-            self.highest[k].update(index, line);
+            if k == 0 {
+                self.highest.update(index, line);
+            }
         }
         let [position, uv, normal] = named;
         let position = position.filter(|p| *p != Index::MAX).ok_or_else(bad)?;
