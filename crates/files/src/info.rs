@@ -12,6 +12,7 @@ use planish_geometry::source::format::Format;
 use planish_geometry::source::materials;
 use planish_geometry::source::mesh_file::MeshFile;
 use planish_geometry::source::model::{Defects, Model};
+use planish_geometry::source::obj::Obj;
 use serde::Serialize;
 use std::path::Path;
 
@@ -181,6 +182,11 @@ fn inspect_layout(model: &Model, progress: &dyn Progress, notes: &mut Vec<String
         }
         Err(AtlasError::NonFinite { .. }) => None,
     };
+    let non_finite = model.source().as_obj().map_or(&[][..], Obj::non_finite_uvs);
+    if let Some(&(_, line)) = non_finite.first() {
+        let n = count(non_finite.len(), "`vt` line is", "`vt` lines are");
+        notes.push(format!("{n} not finite, the first in line {line}: faces have no texture coordinates there"));
+    }
     Ok(layout)
 }
 
