@@ -129,3 +129,30 @@ def test_a_mesh_in_another_format_has_the_same_shape(extension, planish, tmp_pat
             assert np.abs(found - 255 * linear).max() <= 1
         else:
             assert np.array_equal(found, expected)
+
+
+@pytest.mark.parametrize("name, make", [("a.glb", sphere), ("scene.glb", scene)])
+def test_the_carrier_of_a_glb_keeps_its_document(name, make, planish, tmp_path):
+    """Its last morph target leads to where `planish apply` puts the vertices, in the numbers of the meshes."""
+    from test_gltf import accessor, read
+
+    mesh, applied = tmp_path / name, tmp_path / f"applied-{name}"
+    make().export(mesh)
+    subprocess.run([planish, "bake", mesh, "-o", tmp_path / "map", *METHOD], check=True, capture_output=True)
+    manifest = next((tmp_path / "map").glob("*.planish.json"))
+    subprocess.run([planish, "apply", manifest, "-o", applied], check=True, capture_output=True)
+    (old, _), (carrier, carried), (moved, displaced) = (read(p) for p in (mesh, tmp_path / "map" / name, applied))
+    for part in ("nodes", "scenes", "scene", "asset"):
+        assert carrier.get(part) == old.get(part)
+    assert len(carrier["meshes"]) == len(old["meshes"])
+    scale = json.loads(manifest.read_text())["displacement"]["scale"]
+    for was, is_now, expected in zip(old["meshes"], carrier["meshes"], moved["meshes"]):
+        assert is_now["extras"]["targetNames"] == ["denoised"] and is_now["weights"] == [1.0]
+        for a, b, c in zip(was["primitives"], is_now["primitives"], expected["primitives"]):
+            assert a["attributes"].items() - {("NORMAL", a["attributes"].get("NORMAL"))} <= b["attributes"].items()
+            assert a["indices"] == b["indices"]
+            start, change = (accessor(carrier, carried, i) for i in (b["attributes"]["POSITION"], b["targets"][-1]["POSITION"]))
+            end = accessor(moved, displaced, c["attributes"]["POSITION"])
+            # Half a quantum of 16 bits, and single precision.
+            assert np.abs(start + change - end).max() < scale / 2**16 + 16 * 2.0**-23
+            assert np.linalg.norm(change, axis=1).max() > scale / 4

@@ -33,6 +33,11 @@ pub fn is_compressed_name(path: &Path) -> bool {
     has_extension(path, &[EXTENSION])
 }
 
+/// Returns whether a file of this name is compressed in a way that is only read.
+pub fn is_only_read(path: &Path) -> bool {
+    has_extension(path, &EXTENSIONS) && !is_compressed_name(path)
+}
+
 fn has_extension(path: &Path, extensions: &[&str]) -> bool {
     let extension = path.extension().and_then(OsStr::to_str);
     extension.is_some_and(|e| extensions.iter().any(|known| e.eq_ignore_ascii_case(known)))

@@ -1,6 +1,7 @@
 //! Meshes written to files, in the format that the name of the file asks for.
 
 use crate::compression;
+use crate::failure::Failure;
 use crate::input;
 use planish_geometry::source::format::Format;
 use planish_geometry::source::materials;
@@ -16,16 +17,31 @@ fn format(path: &Path, source: &Source) -> Format {
 }
 
 /// Writes a mesh into memory, with other positions (#v×3, model units) and, if given, other normals (#vn×3), as the file `path`
-/// should have it.
+/// should have it. Fails if the format cannot hold it.
 ///
 /// # Panics
 /// If there is not one position for each source vertex, or not one normal for each normal of the source.
-pub fn write(path: &Path, source: &Source, positions: &[glam::DVec3], normals: Option<&[glam::DVec3]>) -> Written {
-    let mut written = source.written_as(format(path, source), positions, normals);
+pub fn write(
+    path: &Path,
+    source: &Source,
+    positions: &[glam::DVec3],
+    normals: Option<&[glam::DVec3]>,
+) -> Result<Written, Failure> {
+    let format = format(path, source);
+    let mut written = source.written_as(format, positions, normals);
+    if !written.rounding.is_finite() {
+        return Err(Failure::at(
+            path,
+            "a position is too large for single precision, which the file has; write OBJ instead",
+        ));
+    }
+    if format == Format::Glb && u32::try_from(written.bytes.len()).is_err() {
+        return Err(Failure::at(path, "a binary glTF file of more than 4 GiB cannot be written"));
+    }
     if compression::is_compressed_name(path) {
         written.bytes = compression::compressed(&written.bytes);
     }
-    written
+    Ok(written)
 }
 
 /// Lists what people should know about a mesh that was read from `input` and written to `path`: what was left behind, names that

@@ -1,5 +1,6 @@
 //! Writes files whole or not at all: under a temporary name in the same folder first, then renamed.
 
+use crate::compression;
 use crate::failure::Failure;
 use crate::input::plain;
 use std::io::Write as _;
@@ -125,6 +126,9 @@ impl Output {
             return Err(Failure::at(path, "is a directory; name a file"));
         }
         refuse_overwrite(path, inputs)?;
+        if compression::is_only_read(path) {
+            return Err(Failure::at(path, "xz files are read, but not written; use .gz"));
+        }
         if path.file_name().is_none() {
             return Err(Failure::at(path, "names no file"));
         }

@@ -45,7 +45,7 @@ pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
     let moved = source.data().positions().iter().zip(&displaced).map(|(p, q)| p.distance(*q));
     let max_displacement = moved.fold(0.0, f64::max);
     console.stage("writing");
-    let file = mesh_output::write(&args.output, &source, &displaced, None);
+    let file = mesh_output::write(&args.output, &source, &displaced, None)?;
     console.check()?;
     let written = output.write(&file.bytes)?;
     mesh_output::warnings(&args.output, &mesh, &source, &file, f64::INFINITY).iter().for_each(|w| console.warn(w));

@@ -70,7 +70,7 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
     console.stage("writing");
     let normals = args.update_normals.then(|| model.updated_file_normals(&denoised));
     let source = model.source();
-    let file = mesh_output::write(&args.output, source, &model.weld().spread(&denoised), normals.as_deref());
+    let file = mesh_output::write(&args.output, source, &model.weld().spread(&denoised), normals.as_deref())?;
     console.check()?;
     let written = output.write(&file.bytes)?;
     let lengths = || deltas.iter().map(|d| d.length());

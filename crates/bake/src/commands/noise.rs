@@ -49,15 +49,15 @@ pub(crate) fn run(args: &NoiseArgs, console: &Console) -> Result<(), Failure> {
     let made = NoisyMesh::new(&model, &noise).map_err(|e| Failure::at(&args.input, e))?;
     console.check()?;
     console.stage("writing");
-    let file = mesh_output::write(&args.output, &made.source, &made.positions, None);
+    let file = mesh_output::write(&args.output, &made.source, &made.positions, None)?;
     let mean_edge = model.surface().mean_edge();
     mesh_output::warnings(&args.output, &args.input, &made.source, &file, mean_edge)
         .iter()
         .for_each(|w| console.warn(w));
     let report = Added::new(args, &noise, &model, &made, file.rounding);
     let clean_path = args.clean.as_deref().unwrap_or(&args.output);
-    let written = |clean: &Source| mesh_output::write(clean_path, clean, clean.data().positions(), None).bytes;
-    let clean = clean_output.zip(made.clean.as_ref().map(written));
+    let written = |clean: &Source| mesh_output::write(clean_path, clean, clean.data().positions(), None);
+    let clean = clean_output.zip(made.clean.as_ref().map(written).transpose()?.map(|file| file.bytes));
     output::write_all([(output, file.bytes)].into_iter().chain(clean).collect())?;
     console.report(&report, || report.text());
     Ok(())
