@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 #[command(name = "planish-viewer", version)]
 pub(crate) struct Args {
     /// Mesh to show, or the manifest of a map with its mesh.
-    #[arg(value_name = "IN.obj|MAP.planish.json")]
+    #[arg(value_name = "MESH|MAP.planish.json")]
     pub(crate) input: Option<PathBuf>,
 
     /// The mesh's map; without one it is baked with the defaults.
