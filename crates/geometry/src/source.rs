@@ -4,6 +4,7 @@
 //! its format.
 
 mod arrays;
+pub mod flaws;
 pub mod materials;
 mod mesh_data;
 pub mod model;
@@ -54,6 +55,13 @@ impl Source {
     }
     /// The OBJ file; `None` if the mesh did not come as one.
     pub fn as_obj(&self) -> Option<&Obj> {
+        match self {
+            Self::Obj(obj) => Some(obj),
+            Self::Arrays(_) => None,
+        }
+    }
+    /// Returns the OBJ file; `None` if the mesh did not come as one.
+    pub fn into_obj(self) -> Option<Obj> {
         match self {
             Self::Obj(obj) => Some(obj),
             Self::Arrays(_) => None,

@@ -69,6 +69,12 @@ impl Obj {
     pub fn non_finite_uvs(&self) -> &[(Index, u32)] {
         &self.non_finite_uvs
     }
+    /// Line of a `v` statement, counted from 1, by its index among them; `None` if there are not so many. The file is read again for
+    /// it, because lines are needed for messages only.
+    pub fn vertex_line(&self, vertex: Index) -> Option<u32> {
+        let mut statements = scan::Statements::new(&self.bytes).filter(|s| &self.bytes[s.keyword.clone()] == b"v");
+        statements.nth(vertex as usize).map(|statement| statement.line)
+    }
     /// Contents of the file besides its mesh data.
     pub fn extras(&self) -> &Extras {
         &self.extras

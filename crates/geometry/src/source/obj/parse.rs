@@ -6,6 +6,7 @@ use crate::mesh::jagged::Index;
 use crate::source::mesh_data::MaterialRun;
 use crate::source::{Corner, MeshData};
 use glam::DVec2;
+use rustc_hash::FxHashMap;
 use std::ops::Range;
 
 /// Error in an OBJ file: what is wrong and in which line.
@@ -115,6 +116,8 @@ struct Reader<'a> {
     non_finite_uvs: Vec<(Index, u32)>,
     extras: Extras,
     highest: [Highest; 3],
+    /// Index of each material by its name.
+    materials: FxHashMap<Vec<u8>, Index>,
 }
 
 pub(super) fn parse(bytes: Vec<u8>) -> Result<Obj, ObjError> {
@@ -122,17 +125,29 @@ pub(super) fn parse(bytes: Vec<u8>) -> Result<Obj, ObjError> {
     if bytes.is_empty() {
         return Err(whole(ObjErrorKind::Empty));
     }
-    if let Some(offset) = memchr::memchr(0, &bytes[..bytes.len().min(SNIFFED)]) {
-        return Err(whole(ObjErrorKind::Binary { offset }));
-    }
+    // Only what cannot be read is called binary: a writer may move a NUL of a comment to the start of the file.
+    let read = read(&bytes).map_err(|e| {
+        let zero = memchr::memchr(0, &bytes[..bytes.len().min(SNIFFED)]);
+        zero.map_or(e, |offset| whole(ObjErrorKind::Binary { offset }))
+    });
+    let (data, non_finite_uvs, extras) = read?;
+    Ok(Obj { bytes, data, non_finite_uvs, extras })
+}
+
+/// Contents of a file: its mesh data, the index and line of each `vt` line that is not finite, and the rest.
+type Contents = (MeshData, Vec<(Index, u32)>, Extras);
+
+fn read(bytes: &[u8]) -> Result<Contents, ObjError> {
+    let whole = |kind| ObjError { line: None, kind };
     let mut reader = Reader {
-        bytes: &bytes,
+        bytes,
         data: MeshData::default(),
         non_finite_uvs: Vec::new(),
         extras: Extras::default(),
         highest: Default::default(),
+        materials: FxHashMap::default(),
     };
-    for statement in Statements::new(&bytes) {
+    for statement in Statements::new(bytes) {
         reader.statement(&statement).map_err(|kind| ObjError { line: Some(statement.line), kind })?;
     }
     let Reader { mut data, non_finite_uvs, extras, highest, .. } = reader;
@@ -148,7 +163,7 @@ pub(super) fn parse(bytes: Vec<u8>) -> Result<Obj, ObjError> {
     if data.colours.len() != data.positions.len() {
         data.colours = Vec::new();
     }
-    Ok(Obj { bytes, data, non_finite_uvs, extras })
+    Ok((data, non_finite_uvs, extras))
 }
 
 impl Reader<'_> {
@@ -173,12 +188,16 @@ impl Reader<'_> {
     }
 
     fn material(&mut self, name: &[u8]) {
-        let materials = &mut self.data.materials;
-        let material = materials.iter().position(|known| known == name).unwrap_or_else(|| {
-            materials.push(name.to_vec());
-            materials.len() - 1
-        });
-        let run = MaterialRun { first_face: self.data.faces.len() as Index, material: Some(material as Index) };
+        let material = match self.materials.get(name) {
+            Some(&known) => known,
+            None => {
+                let new = self.data.materials.len() as Index;
+                self.data.materials.push(name.to_vec());
+                self.materials.insert(name.to_vec(), new);
+                new
+            }
+        };
+        let run = MaterialRun { first_face: self.data.faces.len() as Index, material: Some(material) };
         match self.data.material_runs.last_mut() {
             // Exporters repeat the statement for each group, and may name another material before any face.
             Some(last) if last.material == run.material => {}
