@@ -16,8 +16,8 @@ pub(crate) struct NoiseArgs {
     /// The clean mesh
     #[arg(value_name = "CLEAN.obj")]
     pub(crate) input: PathBuf,
-    /// Output file for the noisy mesh
-    #[arg(short, long, value_name = "NOISY.obj")]
+    /// Output file for the noisy mesh; `-` for stdout
+    #[arg(short, long, value_name = "NOISY.obj|-")]
     pub(crate) output: PathBuf,
     /// Output file for the clean counterpart of the noisy mesh, for kinds that make a mesh with vertices of its own
     #[arg(long, value_name = "CLEAN-OUT.obj")]

@@ -41,8 +41,8 @@ pub(crate) fn run(args: &BenchQualityArgs, console: &Console) -> Result<(), Fail
     if complete.is_ok() && write_table(csv, &report.rows, console)? == Stdout::Taken {
         return report.verdict();
     }
-    console.report(&report, || report.text());
-    complete.and(report.verdict())
+    let printed = console.report(&report, || report.text());
+    complete.and(printed).and(report.verdict())
 }
 
 /// Whether stdout is left for the report, or has a table.
@@ -59,7 +59,7 @@ fn write_table(csv: Option<Csv>, rows: &[impl Serialize], console: &Console) -> 
     match csv {
         Csv::File(output) => output::write_all(vec![(output, table)]).map(|()| Stdout::Free),
         Csv::Stdout => {
-            console.print_bytes(&table);
+            console.print_bytes(&table)?;
             Ok(Stdout::Taken)
         }
     }

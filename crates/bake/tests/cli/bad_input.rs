@@ -209,7 +209,7 @@ fn missing_arguments_are_named() {
     let folder = Folder::with("in.obj", TRIANGLE);
     for (line, missing) in [
         ("bake", "<IN.obj>"),
-        ("denoise in.obj", "--output <OUT.obj>"),
+        ("denoise in.obj", "--output <OUT.obj|->"),
         ("apply", "<MAP.planish.json>"),
         ("compare in.obj", "<RESULT.obj>"),
         ("noise in.obj -o out.obj", "--sigma <S>"),

@@ -54,8 +54,8 @@ pub(super) fn run(args: &BenchQualityArgs, console: &Console) -> Result<(), Fail
     if complete.is_ok() && write_table(csv, &report.rows, console)? == Stdout::Taken {
         return report.verdict();
     }
-    console.report(&report, || report.text());
-    complete.and(report.verdict())
+    let printed = console.report(&report, || report.text());
+    complete.and(printed).and(report.verdict())
 }
 
 /// Returns the methods that were asked for: `auto` and the classical ones if none is named.
