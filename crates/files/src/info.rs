@@ -1,23 +1,32 @@
 //! Inspection of a mesh file: its content and its defects.
 
 use crate::failure::Failure;
-use crate::input;
-use crate::text::count;
+use crate::input::{self, Trust};
+use crate::text::{count, shown};
 use planish_geometry::map::layout_issues::LayoutIssues;
 use planish_geometry::map::map_size::{self, Spacing};
 use planish_geometry::map::{Coverage, Size};
 use planish_geometry::mesh::atlas::{AtlasError, Charts};
 use planish_geometry::progress::Progress;
+use planish_geometry::source::flaws::flaws;
 use planish_geometry::source::format::Format;
 use planish_geometry::source::materials;
 use planish_geometry::source::mesh_file::MeshFile;
 use planish_geometry::source::model::{Defects, Model};
 use planish_geometry::source::obj::Obj;
 use serde::Serialize;
-use std::path::Path;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 
 /// Side of the map in which overlaps are searched for, in texels.
 const PROBE: u32 = 1024;
+
+/// Side of the map in which overlaps are searched for, in texels. The more layers of charts there are, the fewer texels show it.
+fn probe(layers: f64) -> u32 {
+    const PLENTY: f64 = 4.0;
+    let side = f64::from(PROBE) / (layers / PLENTY).max(1.0).sqrt();
+    (side as u32).max(16)
+}
 
 /// Content and defects of a mesh file.
 #[derive(Clone, Debug, Serialize)]
@@ -113,7 +122,7 @@ pub struct Material {
 }
 
 /// Inspects a mesh that was read from `path`. Its material libraries are read from the same folder.
-pub fn inspect(path: &Path, model: &Model, progress: &dyn Progress) -> Result<Info, Failure> {
+pub fn inspect(path: &Path, model: &Model, trust: Trust, progress: &dyn Progress) -> Result<Info, Failure> {
     let (data, surface) = (model.data(), model.surface());
     let obj = model.source().as_obj();
     let topology = surface.topology();
@@ -121,7 +130,7 @@ pub fn inspect(path: &Path, model: &Model, progress: &dyn Progress) -> Result<In
     let mut notes = notes(model, &defects);
     notes.extend(model.source().file().map_or(&[][..], MeshFile::notes).iter().cloned());
     let layout = inspect_layout(model, progress, &mut notes)?;
-    let materials = inspect_materials(path, model, &mut notes);
+    let materials = inspect_materials(path, model, trust, &mut notes);
     let closed = defects.boundary_edges == 0 && defects.non_manifold_edges == 0;
     let extras = obj.map(|obj| obj.extras().clone()).unwrap_or_default();
     Ok(Info {
@@ -165,12 +174,13 @@ fn inspect_layout(model: &Model, progress: &dyn Progress, notes: &mut Vec<String
         Ok(atlas) => {
             let spacing = Spacing::new(&atlas);
             let choice = spacing.choose(&map_size::sides(map_size::LARGEST_SIDE));
-            let coverage = Coverage::new(surface, &atlas, Size::square(PROBE), progress)?;
+            let probe = probe(Coverage::layers(surface, &atlas));
+            let coverage = Coverage::new(surface, &atlas, Size::square(probe), progress)?;
             let findings = LayoutIssues::of(surface, &atlas, &spacing, &coverage);
             notes.extend(findings.problems());
             Some(Layout {
                 charts: atlas.charts(surface),
-                probe: PROBE,
+                probe,
                 findings,
                 size: choice.side,
                 size_reason: choice.to_string(),
@@ -215,12 +225,6 @@ fn notes(model: &Model, d: &Defects) -> Vec<String> {
         " parts of the surface that have no edge in common there".to_owned(),
     );
     note(
-        d.misoriented_edges,
-        "edge lies",
-        "edges lie",
-        " between faces whose normals point to opposite sides".to_owned(),
-    );
-    note(
         d.degenerate_faces,
         "face has",
         "faces have",
@@ -233,29 +237,34 @@ fn notes(model: &Model, d: &Defects) -> Vec<String> {
         format!(" an earlier one{}", first(d.first_duplicate_line)),
     );
     note(d.zero_area_faces, "face has", "faces have", " no area".to_owned());
+    notes.extend(flaws(model).iter().map(ToString::to_string));
     notes
 }
 
 /// Looks up the materials that faces use in the libraries, and adds problems to `notes`.
-fn inspect_materials(path: &Path, model: &Model, notes: &mut Vec<String>) -> Vec<Material> {
-    let mut known = Vec::new();
-    for library in input::libraries(path, model.source()) {
-        let shown = library.path.display().to_string();
-        let Some(bytes) = library.bytes else {
-            notes.push(format!("the material library {shown} cannot be read"));
-            continue;
-        };
-        match materials::read(&bytes) {
-            Ok(materials) => known.extend(materials.into_iter().map(|m| (m, library.path.clone()))),
-            Err(e) => notes.push(format!("{shown}: {e}")),
+fn inspect_materials(path: &Path, model: &Model, trust: Trust, notes: &mut Vec<String>) -> Vec<Material> {
+    // If several libraries define a name, the first one counts.
+    let mut known: HashMap<String, (materials::Material, PathBuf)> = HashMap::new();
+    let mut problems = Vec::new();
+    for library in input::libraries(path, model.source(), trust) {
+        let read = library.bytes.map_err(|e| format!("material library {e}"));
+        let read = read.and_then(|b| materials::read(&b).map_err(|e| format!("{}: {e}", shown(&library.path))));
+        match read {
+            Ok(materials) => {
+                for material in materials {
+                    known.entry(material.name.clone()).or_insert_with(|| (material, library.path.clone()));
+                }
+            }
+            Err(problem) => problems.push(problem),
         }
     }
+    notes.extend(input::summary(problems));
     let used = model.data().materials().iter().map(|name| String::from_utf8_lossy(name).into_owned());
     let describe = |name: String| {
-        let found = known.iter().find(|(m, _)| m.name == name);
+        let found = known.get(&name);
         let texture = found.and_then(|(m, library)| {
             let texture = m.diffuse_texture.clone()?;
-            let path = library.parent().unwrap_or(Path::new("")).join(texture.replace('\\', "/"));
+            let path = input::folder_of(library).join(texture.replace('\\', "/"));
             let inside = model.source().file().is_some_and(|file| file.embedded_texture(&texture).is_some());
             Some((texture, inside || path.is_file()))
         });

@@ -3,6 +3,7 @@
 //! bytes; and shows progress, handles Ctrl-C and reports failures on a terminal.
 
 pub mod bake_files;
+mod cleanup;
 pub mod compression;
 pub mod failure;
 pub mod info;

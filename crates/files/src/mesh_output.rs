@@ -3,6 +3,7 @@
 use crate::compression;
 use crate::failure::Failure;
 use crate::input;
+use crate::text::shown;
 use planish_geometry::source::format::Format;
 use planish_geometry::source::materials;
 use planish_geometry::source::{Source, Written};
@@ -55,13 +56,13 @@ pub fn warnings(path: &Path, input: &Path, source: &Source, written: &Written, m
     if !written.lost.is_empty() {
         warnings.push(format!(
             "{}: {named} has no place for what the source has: {}",
-            path.display(),
+            shown(path),
             written.lost.join(", ")
         ));
     }
     if written.rounding > MUCH * mean_edge {
         let edges = written.rounding / mean_edge;
-        warnings.push(format!("{}: positions are rounded by up to {edges:.2} mean edge lengths", path.display()));
+        warnings.push(format!("{}: positions are rounded by up to {edges:.2} mean edge lengths", shown(path)));
     }
     warnings
 }
@@ -74,6 +75,5 @@ fn dangling(path: &Path, input: &Path, source: &Source) -> Option<String> {
     let textures = inside.filter(|texture| file.embedded_texture(texture).is_none());
     let is_lost = |name: &String| input.with_file_name(name).is_file() && !path.with_file_name(name).is_file();
     let lost: Vec<String> = libraries.chain(textures).filter(is_lost).collect();
-    (!lost.is_empty())
-        .then(|| format!("{}: names {}, which lies beside the input alone", path.display(), lost.join(", ")))
+    (!lost.is_empty()).then(|| format!("{}: names {}, which lies beside the input alone", shown(path), lost.join(", ")))
 }

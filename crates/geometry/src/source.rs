@@ -6,6 +6,7 @@
 mod arrays;
 pub(crate) mod colours;
 mod convert;
+pub mod flaws;
 pub mod format;
 pub mod gltf;
 pub mod materials;
@@ -127,6 +128,13 @@ impl Source {
     }
     /// The OBJ file; `None` if the mesh did not come as one.
     pub fn as_obj(&self) -> Option<&Obj> {
+        match self {
+            Self::Obj(obj) => Some(obj),
+            _ => None,
+        }
+    }
+    /// Returns the OBJ file; `None` if the mesh did not come as one.
+    pub fn into_obj(self) -> Option<Obj> {
         match self {
             Self::Obj(obj) => Some(obj),
             _ => None,

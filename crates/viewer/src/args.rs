@@ -2,6 +2,7 @@
 
 use clap::{Parser, ValueEnum};
 use planish_files::failure::Failure;
+use planish_files::input::Trust;
 use planish_geometry::metrics::Heat;
 use planish_render::gpu::Backend;
 use planish_render::settings::environment::Source;
@@ -94,6 +95,10 @@ pub(crate) struct Args {
     #[arg(long, value_name = "WxH")]
     size: Option<Size>,
 
+    /// Read files from anywhere if the mesh or the manifest names them; else only from its folder and those below.
+    #[arg(long)]
+    trust: bool,
+
     /// Shading of the surface.
     #[arg(long, value_name = "MODE")]
     pub(crate) shading: Option<Shading>,
@@ -162,7 +167,13 @@ impl Args {
             texture: self.texture.clone(),
             normal_map: self.normal_map.clone(),
             scalars: self.scalars.clone(),
+            trust: self.trust(),
         })
+    }
+
+    /// Rule on the files that a mesh or a manifest names.
+    pub(crate) fn trust(&self) -> Trust {
+        if self.trust { Trust::Anywhere } else { Trust::Folder }
     }
 
     /// Files that are read, so that none is written over.

@@ -1,6 +1,6 @@
 //! The command `planish apply`.
 
-use super::measure;
+use super::{measure, one_line};
 use crate::args::ApplyArgs;
 use crate::console::Console;
 use crate::failure::Failure;
@@ -30,18 +30,28 @@ struct Applied {
 
 pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
     console.stage("reading");
-    let files = MapFiles::read(&args.manifest)?;
+    let files = MapFiles::read(&args.manifest, args.trust.rule())?;
     let entry = &files.manifest.displacement;
     let mesh: PathBuf = args.mesh.clone().unwrap_or_else(|| files.mesh_for(&args.output));
-    let output = Output::open(&args.output, &[&args.manifest, &mesh, &files.image()])?;
+    // Not a file of the bundle either, even one that is not read now.
+    let inputs: Vec<PathBuf> = files.paths().into_iter().chain([mesh.clone()]).collect();
+    let output = Output::open(&args.output, &inputs.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
+    console.reserve_stdout([&output])?;
 
     let map = files.displacement()?;
-    let source = input::source(&mesh)?;
+    let source = match &args.mesh {
+        Some(mesh) => input::source(mesh, args.trust.rule())?,
+        None => files.mesh_at(&mesh)?,
+    };
     console.check()?;
     console.stage("displacing");
     let vertices = files.vertices(&source, &mesh)?;
     let lambda = args.lambda.unwrap_or(entry.lambda);
     let displaced = displace::displaced(&vertices, &map, lambda as f32, entry.origin);
+    if let Some(v) = displaced.iter().position(|p| !p.is_finite()) {
+        let place = input::vertex_place(&source, v as u32);
+        return Err(Failure::at(&mesh, format!("{place}the map displaces this vertex to infinity")));
+    }
     let moved = source.data().positions().iter().zip(&displaced).map(|(p, q)| p.distance(*q));
     let max_displacement = moved.fold(0.0, f64::max);
     console.stage("writing");
@@ -61,9 +71,10 @@ pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
     console.report(&report, || {
         let Applied { output, mesh, lambda, vertices, max_displacement, .. } = &report;
         format!(
-            "wrote {output}\n  {vertices} vertices of {mesh} displaced with λ = {lambda}, by {} at most\n",
+            "wrote {}\n  {vertices} vertices of {} displaced with λ = {lambda}, by {} at most\n",
+            one_line(output),
+            one_line(mesh),
             measure(*max_displacement)
         )
-    });
-    Ok(())
+    })
 }

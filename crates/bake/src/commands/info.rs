@@ -1,6 +1,6 @@
 //! The command `planish info`.
 
-use super::{count, measure};
+use super::{count, measure, one_line};
 use crate::args::InfoArgs;
 use crate::console::Console;
 use crate::failure::Failure;
@@ -9,11 +9,10 @@ use planish_geometry::progress::Progress as _;
 use std::fmt::Write as _;
 
 pub(crate) fn run(args: &InfoArgs, console: &Console) -> Result<(), Failure> {
-    let model = super::model(&args.input, args.welding.weld, console)?;
+    let model = super::model(&args.input, args.welding.weld, args.trust.rule(), console)?;
     console.stage("looking");
-    let info = info::inspect(&args.input, &model, console)?;
-    console.report(&info, || text(&info));
-    Ok(())
+    let info = info::inspect(&args.input, &model, args.trust.rule(), console)?;
+    console.report(&info, || text(&info))
 }
 
 /// Formats the report for people.
@@ -22,7 +21,7 @@ fn text(info: &Info) -> String {
     let mut line = |head: &str, text: String| {
         let _ = writeln!(out, "{head:10} {text}");
     };
-    line("file", format!("{} ({} bytes)", info.file, info.bytes));
+    line("file", format!("{} ({} bytes)", one_line(&info.file), info.bytes));
     line(
         "contains",
         format!(

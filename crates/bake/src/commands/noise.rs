@@ -1,9 +1,10 @@
 //! The command `planish noise`.
 
-use super::measure;
+use super::{measure, one_line};
 use crate::args::NoiseArgs;
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::input;
 use crate::output::{self, Output};
 use glam::DVec3;
 use planish_files::mesh_output;
@@ -41,10 +42,11 @@ pub(crate) fn run(args: &NoiseArgs, console: &Console) -> Result<(), Failure> {
     let noise = args.noise()?;
     let output = Output::open(&args.output, &[&args.input])?;
     let clean_output = args.clean.as_ref().map(|path| Output::open(path, &[&args.input])).transpose()?;
+    console.reserve_stdout([&output].into_iter().chain(&clean_output))?;
     if args.clean.as_ref() == Some(&args.output) {
         return Err(Failure::at(&args.output, "cannot be both the noisy mesh and --clean"));
     }
-    let model = super::model(&args.input, args.welding.weld, console)?;
+    let model = super::model(&args.input, args.welding.weld, args.trust.rule(), console)?;
     console.stage("noise");
     let made = NoisyMesh::new(&model, &noise).map_err(|e| Failure::at(&args.input, e))?;
     console.check()?;
@@ -59,8 +61,7 @@ pub(crate) fn run(args: &NoiseArgs, console: &Console) -> Result<(), Failure> {
     let written = |clean: &Source| mesh_output::write(clean_path, clean, clean.data().positions(), None);
     let clean = clean_output.zip(made.clean.as_ref().map(written).transpose()?.map(|file| file.bytes));
     output::write_all([(output, file.bytes)].into_iter().chain(clean).collect())?;
-    console.report(&report, || report.text());
-    Ok(())
+    console.report(&report, || report.text())
 }
 
 /// A mesh with noise.
@@ -105,6 +106,10 @@ impl<'a> NoisyMesh<'a> {
             Disturbed::Moved(displacements) => {
                 let noisy: Vec<_> =
                     model.surface().positions().iter().zip(&displacements).map(|(p, d)| *p + *d).collect();
+                if let Some(v) = noisy.iter().position(|p| !p.is_finite()) {
+                    let place = input::vertex_place(model.source(), model.weld().first()[v]);
+                    return Err(Refused::Broken(format!("{place}the noise moves this vertex to infinity")));
+                }
                 Ok(Self {
                     source: Cow::Borrowed(model.source()),
                     positions: model.weld().spread(&noisy),
@@ -161,7 +166,8 @@ impl Added {
     fn text(&self) -> String {
         let Self { output, clean, kind, vertices, moved_vertices, mean_edge, rms_displacement, .. } = self;
         let rms = rms_displacement / mean_edge;
-        let clean = clean.as_ref().map(|clean| format!(" and {clean}")).unwrap_or_default();
+        let clean = clean.as_ref().map(|clean| format!(" and {}", one_line(clean))).unwrap_or_default();
+        let output = one_line(output);
         format!(
             "wrote {output}{clean}\n  {} noise: {moved_vertices} of {vertices} vertices moved, rms {rms:.4} mean edge lengths of {}\n",
             kind.name(),

@@ -220,7 +220,7 @@ fn missing_arguments_are_named() {
     let folder = Folder::with("in.obj", TRIANGLE);
     for (line, missing) in [
         ("bake", "<MESH>"),
-        ("denoise in.obj", "--output <OUT>"),
+        ("denoise in.obj", "--output <OUT|->"),
         ("apply", "<MAP.planish.json>"),
         ("compare in.obj", "<RESULT>"),
         ("noise in.obj -o out.obj", "--sigma <S>"),

@@ -17,11 +17,13 @@ mod mesh;
 mod methods;
 mod noise;
 mod noise_bench;
+mod outputs;
 mod page;
 mod quality;
 mod reference;
 mod report;
 mod streams;
+mod trust;
 #[cfg(unix)]
 mod unix;
 mod unwrap;

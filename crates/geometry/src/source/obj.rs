@@ -74,6 +74,19 @@ impl Obj {
     pub fn non_finite_uvs(&self) -> &[(Index, u32)] {
         &self.non_finite_uvs
     }
+    /// Line of a `v` statement, counted from 1, by its index among them; `None` if there are not so many. The file is read again for
+    /// it, because lines are needed for messages only.
+    pub fn vertex_line(&self, vertex: Index) -> Option<u32> {
+        self.line_of(b"v", vertex)
+    }
+    /// Line of a `vt` statement, counted from 1, by its index among them, as [`Self::vertex_line`] finds it.
+    pub fn uv_line(&self, uv: Index) -> Option<u32> {
+        self.line_of(b"vt", uv)
+    }
+    fn line_of(&self, keyword: &[u8], index: Index) -> Option<u32> {
+        let mut statements = scan::Statements::new(&self.bytes).filter(|s| &self.bytes[s.keyword.clone()] == keyword);
+        statements.nth(index as usize).map(|statement| statement.line)
+    }
     /// Contents of the file besides its mesh data.
     pub fn extras(&self) -> &Extras {
         &self.extras

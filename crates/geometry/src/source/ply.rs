@@ -76,9 +76,8 @@ impl MeshFile for Ply {
         DVec3::from_array([0, 1, 2].map(|axis| self.coordinate(axis).nearest(position[axis])))
     }
     fn embedded_library(&self) -> Vec<u8> {
-        let textures = self.header.textures.iter().enumerate();
-        textures.fold(Vec::new(), |mut out, (i, texture)| {
-            let name = parse::material_name(&self.header.textures, i);
+        let textures = &self.header.textures;
+        parse::material_names(textures).iter().zip(textures).fold(Vec::new(), |mut out, (name, texture)| {
             out.extend([b"newmtl ", &name[..], b"\nmap_Kd ", texture, b"\n"].concat());
             out
         })

@@ -45,7 +45,7 @@ pub(super) fn glb(carrier: &Carrier, gltf: &Gltf, textures: Textures) -> Result<
             continue;
         }
         targets_of_meshes.push(Some(own));
-        for primitive in mesh["primitives"].as_array_mut().into_iter().flatten() {
+        for primitive in mesh["primitives"].as_array_mut().into_iter().flatten().filter(|p| p.is_object()) {
             let position = index(&primitive["attributes"]["POSITION"]);
             let target = match position.and_then(|i| added.get(&i)).filter(|_| is_surface(primitive)) {
                 Some(added) => {
@@ -125,7 +125,7 @@ fn opened(gltf: &Gltf) -> Option<(Object<String, Value>, Buffer)> {
     document.remove("buffers");
     for view in &mut views {
         let start = starts.get(index(&view["buffer"])?)?;
-        view["byteOffset"] = (start + index(&view["byteOffset"]).unwrap_or(0)).into();
+        view["byteOffset"] = start.checked_add(index(&view["byteOffset"]).unwrap_or(0))?.into();
         view["buffer"] = 0.into();
     }
     Some((document, Buffer::continuing(bytes, views, accessors)))

@@ -2,6 +2,7 @@
 
 use super::container::{Container, data_uri, percent_decoded};
 use super::{index, list};
+use rustc_hash::FxHashMap;
 use serde_json::Value;
 use std::fmt::Write as _;
 
@@ -10,8 +11,12 @@ pub(super) fn names(document: &Value) -> Vec<Vec<u8>> {
     let materials = list(document, "materials");
     let name = |m: &Value| m["name"].as_str().unwrap_or("").replace(char::is_control, " ").trim().to_owned();
     let all: Vec<String> = materials.iter().map(name).collect();
+    let mut counts: FxHashMap<&str, usize> = FxHashMap::default();
+    for name in &all {
+        *counts.entry(name).or_default() += 1;
+    }
     let unique = |(i, name): (usize, &String)| {
-        let is_taken = name.is_empty() || all.iter().enumerate().any(|(j, other)| j != i && other == name);
+        let is_taken = name.is_empty() || counts[name.as_str()] > 1;
         match (is_taken, name.as_str()) {
             (false, name) => name.to_owned(),
             (true, "") => format!("material-{i}"),

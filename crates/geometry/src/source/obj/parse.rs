@@ -8,6 +8,7 @@ use crate::source::patch::lenient_number;
 use crate::source::read_error::shown;
 use crate::source::{Corner, MeshData};
 use glam::DVec2;
+use rustc_hash::FxHashMap;
 use std::ops::Range;
 
 /// Error in an OBJ file: what is wrong and in which line.
@@ -108,6 +109,8 @@ struct Reader<'a> {
     non_finite: Vec<(Index, u32, String)>,
     extras: Extras,
     highest: Highest,
+    /// Index of each material by its name.
+    materials: FxHashMap<Vec<u8>, Index>,
     short_faces: Oddity,
     zero_indices: Oddity,
     absent: Oddity,
@@ -138,11 +141,22 @@ pub(super) fn parse(bytes: Vec<u8>) -> Result<Obj, ObjError> {
     if bytes.is_empty() {
         return Err(whole(ObjErrorKind::Empty));
     }
-    if let Some(offset) = memchr::memchr(0, &bytes[..bytes.len().min(SNIFFED)]) {
-        return Err(whole(ObjErrorKind::Binary { offset }));
-    }
+    // Only what cannot be read is called binary: a writer may move a NUL of a comment to the start of the file.
+    let read = read(&bytes).map_err(|e| {
+        let zero = memchr::memchr(0, &bytes[..bytes.len().min(SNIFFED)]);
+        zero.map_or(e, |offset| whole(ObjErrorKind::Binary { offset }))
+    });
+    let (data, non_finite_uvs, extras, notes) = read?;
+    Ok(Obj { bytes, data, non_finite_uvs, extras, notes })
+}
+
+/// Contents of a file: its mesh data, the index and line of each `vt` line that is not finite, the rest, and what is odd.
+type Contents = (MeshData, Vec<(Index, u32)>, Extras, Vec<String>);
+
+fn read(bytes: &[u8]) -> Result<Contents, ObjError> {
+    let whole = |kind| ObjError { line: None, kind };
     let mut reader = Reader {
-        bytes: &bytes,
+        bytes,
         data: MeshData::default(),
         non_finite_uvs: Vec::new(),
         non_finite: Vec::new(),
@@ -151,8 +165,9 @@ pub(super) fn parse(bytes: Vec<u8>) -> Result<Obj, ObjError> {
         short_faces: Oddity::default(),
         zero_indices: Oddity::default(),
         absent: Oddity::default(),
+        materials: FxHashMap::default(),
     };
-    for statement in Statements::new(&bytes) {
+    for statement in Statements::new(bytes) {
         reader.statement(&statement).map_err(|kind| ObjError { line: Some(statement.line), kind })?;
     }
     let Reader { mut data, non_finite_uvs, non_finite, extras, highest, short_faces, zero_indices, mut absent, .. } =
@@ -192,7 +207,7 @@ pub(super) fn parse(bytes: Vec<u8>) -> Result<Obj, ObjError> {
         data.colours = Vec::new();
     }
     let notes = notes.into_iter().flatten().collect();
-    Ok(Obj { bytes, data, non_finite_uvs, extras, notes })
+    Ok((data, non_finite_uvs, extras, notes))
 }
 
 impl Reader<'_> {
@@ -217,12 +232,16 @@ impl Reader<'_> {
     }
 
     fn material(&mut self, name: &[u8]) {
-        let materials = &mut self.data.materials;
-        let material = materials.iter().position(|known| known == name).unwrap_or_else(|| {
-            materials.push(name.to_vec());
-            materials.len() - 1
-        });
-        let run = MaterialRun { first_face: self.data.faces.len() as Index, material: Some(material as Index) };
+        let material = match self.materials.get(name) {
+            Some(&known) => known,
+            None => {
+                let new = self.data.materials.len() as Index;
+                self.data.materials.push(name.to_vec());
+                self.materials.insert(name.to_vec(), new);
+                new
+            }
+        };
+        let run = MaterialRun { first_face: self.data.faces.len() as Index, material: Some(material) };
         match self.data.material_runs.last_mut() {
             // Exporters repeat the statement for each group, and may name another material before any face.
             Some(last) if last.material == run.material => {}

@@ -693,6 +693,20 @@ mod writing {
     }
 
     #[test]
+    fn a_nul_in_a_comment_does_not_keep_what_is_written_from_being_read() {
+        // The carrier lacks the `vt` lines before it, so that the NUL comes near its start.
+        let uvs = "vt 0.123456 0.654321\n".repeat(300);
+        let text = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\n{uvs}# \0\nf 1/1 2/2 3/3\n");
+        assert!(text.find('\0').unwrap() > 4096);
+        let obj = Obj::parse(text.into()).unwrap();
+        let carrier = obj.carrier(obj.data().positions(), &[Vec3::Z; 3], Some(&[Vec2::ZERO; 3]), "m.mtl");
+        assert!(Obj::parse(carrier).is_ok());
+        // What cannot be read is called by its name.
+        let binary = Obj::parse(b"v 0 0 0\n\0\0\0".to_vec()).unwrap_err();
+        assert_eq!(binary.kind, ObjErrorKind::Binary { offset: 8 });
+    }
+
+    #[test]
     fn a_carrier_of_a_carrier_is_the_same_file() {
         let (carrier, positions, normals) = carrier_of(&unruly());
         assert_eq!(carrier.carrier(&positions, &normals, None, "new name.mtl"), carrier.bytes());

@@ -139,7 +139,7 @@ pub(super) fn parse(bytes: Vec<u8>) -> Result<Ply, ReadError> {
     let whole = |kind: ReadErrorKind| kind.at(Place::File);
     faces.check_indices().map_err(whole)?;
     let mut builder = faces.builder;
-    builder.data.materials = (0..header.textures.len()).map(|i| material_name(&header.textures, i)).collect();
+    builder.data.materials = material_names(&header.textures);
     if builder.data.material_runs.is_empty() && !header.textures.is_empty() {
         builder.data.material_runs.push(MaterialRun { first_face: 0, material: Some(0) });
     }
@@ -150,18 +150,22 @@ pub(super) fn parse(bytes: Vec<u8>) -> Result<Ply, ReadError> {
     Ok(Ply { bytes, data, header, vertex, vertices_at, vertices_line, notes })
 }
 
-/// Name of the material that stands for a texture: its file name, which is made different from all earlier ones.
-pub(super) fn material_name(textures: &[Vec<u8>], i: usize) -> Vec<u8> {
+/// Names of the materials that stand for textures: their file names, each made different from all others.
+pub(super) fn material_names(textures: &[Vec<u8>]) -> Vec<Vec<u8>> {
     let stem = |texture: &Vec<u8>| {
         let name = texture.rsplit(|b| matches!(b, b'/' | b'\\')).next().unwrap_or_default();
         let stem = name.iter().rposition(|b| *b == b'.').filter(|dot| *dot > 0).map_or(name, |dot| &name[..dot]);
         if stem.is_empty() { b"texture".to_vec() } else { stem.to_vec() }
     };
-    let name = stem(&textures[i]);
-    if textures.iter().enumerate().any(|(j, other)| j != i && stem(other) == name) {
-        return [name, format!("-{i}").into_bytes()].concat();
+    let stems: Vec<Vec<u8>> = textures.iter().map(stem).collect();
+    let mut counts: FxHashMap<&[u8], usize> = FxHashMap::default();
+    for stem in &stems {
+        *counts.entry(stem).or_default() += 1;
     }
-    name
+    let unique = |(i, stem): (usize, &Vec<u8>)| {
+        if counts[stem.as_slice()] > 1 { [stem, format!("-{i}").as_bytes()].concat() } else { stem.clone() }
+    };
+    stems.iter().enumerate().map(unique).collect()
 }
 
 impl VertexProperties {
