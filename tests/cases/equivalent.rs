@@ -1,7 +1,7 @@
 //! The command line that the window shows does what the window does.
 
 use planish_files::bake_files::Job;
-use planish_files::input;
+use planish_files::input::{self, Trust};
 use planish_geometry::bake::{Carriers, LayoutChoice};
 use planish_geometry::denoise::{Denoiser, Parameter, Values};
 use planish_geometry::map::displacement::{MapKind, TexelFormat};
@@ -38,8 +38,8 @@ fn assert_same(bake_config: &BakeConfig, folder: &Path) {
     let arguments = bake_config.arguments(&mesh, &out);
     let line = std::iter::once("planish".to_owned()).chain(arguments.clone()).chain(["--quiet".to_owned()]);
     planish::run(line.map(Into::into));
-    let model = input::model(&mesh, bake_config.settings.welding, &Silent).unwrap();
-    let job = Job { input: &mesh, model: &model, folder: &out, protected: &[] };
+    let model = input::model(&mesh, bake_config.settings.welding, Trust::Folder, &Silent).unwrap();
+    let job = Job { input: &mesh, model: &model, folder: &out, protected: &[], trust: Trust::Folder };
     let baked = job.run(&bake_config.settings(&job).unwrap(), &Silent).unwrap();
     for file in &baked.bundle.files {
         let written = std::fs::read(out.join(&file.name));
@@ -126,8 +126,8 @@ fn a_map_that_is_opened_is_baked_again_as_it_was() {
         let path = out.join("sheet.planish.json");
         let manifest = Manifest::from_json(&std::fs::read(&path).unwrap()).unwrap();
         let bake_config = BakeConfig::of(&manifest, &path);
-        let model = input::model(&mesh_path, bake_config.settings.welding, &Silent).unwrap();
-        let job = Job { input: &mesh_path, model: &model, folder: &out, protected: &[] };
+        let model = input::model(&mesh_path, bake_config.settings.welding, Trust::Folder, &Silent).unwrap();
+        let job = Job { input: &mesh_path, model: &model, folder: &out, protected: &[], trust: Trust::Folder };
         let baked = job.run(&bake_config.settings(&job).unwrap(), &Silent).unwrap();
         for file in &baked.bundle.files {
             assert!(std::fs::read(out.join(&file.name)).unwrap() == file.bytes, "{method}: {}", file.name);

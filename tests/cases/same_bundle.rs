@@ -1,5 +1,6 @@
 //! The command line, the window, and pictures without a window bake the same files, and read from them what they baked.
 
+use planish_files::input::Trust;
 use planish_files::output::Folder;
 use planish_geometry::bake::{Bundle, LayoutChoice};
 use planish_geometry::denoise::NormalField;
@@ -85,7 +86,7 @@ fn one_mesh_becomes_the_same_files_whoever_bakes_it() {
 fn a_map_displaces_the_same_vertices_when_it_was_baked_as_when_it_is_read() {
     let folder = tempfile::tempdir().unwrap();
     let mesh = scan(folder.path());
-    let (document, none) = document::load(&mesh, &Silent).unwrap();
+    let (document, none) = document::load(&mesh, Trust::Folder, &Silent).unwrap();
     assert!(none.is_none());
     let changes: [fn(&mut BakeConfig); 5] = [
         |_| (),
@@ -101,7 +102,7 @@ fn a_map_displaces_the_same_vertices_when_it_was_baked_as_when_it_is_read() {
         let map = document::bake(&document, &bake_config, &out, &Silent).unwrap();
         let Origin::Baked { baked, .. } = &map.origin else { panic!("it was baked") };
         baked.write(Folder::open(&out).unwrap()).unwrap();
-        let (_, read) = document::load(&out.join("scan.planish.json"), &Silent).unwrap();
+        let (_, read) = document::load(&out.join("scan.planish.json"), Trust::Folder, &Silent).unwrap();
         assert_eq!(read.unwrap().vertices, map.vertices, "{i}");
     }
 }

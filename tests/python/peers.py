@@ -65,7 +65,7 @@ def from_igl(positions, faces):
     cotangent = igl.cotmatrix(positions, faces[solid])
     entries = cotangent.tocoo()
     off_diagonal = cotangent - diags(cotangent.diagonal())
-    centred = positions - positions.mean(axis=0)
+    centred = positions - positions[np.unique(faces)].mean(axis=0)
     return {
         "rings": [np.sort(ring) for ring in igl.adjacency_list(faces)] + [[]] * (n - faces.max() - 1),
         "boundary_vertices": np.unique(boundary),
@@ -111,7 +111,7 @@ def from_trimesh(positions, faces):
     # The flux of (x, 0, 0), which is a volume only where the surface is closed.
     if mesh.is_volume:
         # About the centroid, as moments about the origin lose digits far from it.
-        result["volume"] = trimesh.Trimesh(positions - positions.mean(axis=0), faces, process=False).volume
+        result["volume"] = trimesh.Trimesh(positions - positions[np.unique(faces)].mean(axis=0), faces, process=False).volume
     # Its Laplacian walks each face's edges in one direction, so that a neighbour is seen twice, or from one side
     # only, unless every edge away from the boundary has two faces that walk it in opposite directions.
     if mesh.is_winding_consistent and not len(non_manifold) and len(np.unique(faces)) == n:

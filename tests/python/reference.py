@@ -131,7 +131,8 @@ def quantities(positions, faces):
     uniform = np.ones(len(edges.i), dtype=np.longdouble)
     delta = scatter(edges.i, p[edges.j] - p[edges.i], n) / np.maximum(edges.valence, 1)[:, None]
     cotangent = edge_weights(corner_cotangents(p, faces), faces, edges, n)
-    centred = p - p.mean(axis=0)
+    # Vertices that no face uses take no part.
+    centred = p - p[np.unique(faces)].mean(axis=0)
     a, b, c = np.moveaxis(centred[faces], 1, 0)
     return {
         "vertices": n,

@@ -13,6 +13,7 @@ pub(crate) use values::{MapArg, OrAuto, SpaceArg};
 use crate::method_table;
 use clap::builder::ValueParser;
 use clap::{Args, Parser, Subcommand};
+use planish_files::input::Trust;
 use planish_geometry::bake::LayoutChoice;
 use planish_geometry::denoise::Denoiser;
 use planish_geometry::denoise::NormalField;
@@ -129,6 +130,24 @@ pub(crate) struct WeldArgs {
     pub(crate) weld: Welding,
 }
 
+/// Option for the files that another file names.
+#[derive(Args, Debug)]
+pub(crate) struct TrustArgs {
+    /// Read files from anywhere if the mesh or the manifest names them; else only from its folder and those below
+    ///
+    /// A mesh names material libraries, textures or buffers, and libraries name textures; their contents get into the results. A
+    /// manifest names its maps and meshes. Give this option only if you know where the file comes from.
+    #[arg(long)]
+    pub(crate) trust: bool,
+}
+
+impl TrustArgs {
+    /// Returns the rule that was chosen.
+    pub(crate) fn rule(&self) -> Trust {
+        if self.trust { Trust::Anywhere } else { Trust::Folder }
+    }
+}
+
 /// Meaning of `--normals auto`.
 const NORMALS: &str =
     "angle, denoised or leaning, whichever loses least, for methods that have --motion; angle for other methods";
@@ -136,7 +155,7 @@ const NORMALS: &str =
 #[derive(Args, Debug)]
 pub(crate) struct BakeArgs {
     /// The noisy mesh
-    #[arg(value_name = "IN.obj")]
+    #[arg(value_name = "MESH")]
     pub(crate) input: PathBuf,
     /// Folder for the results; created if missing [default: ./NAME-planish]
     #[arg(short, long, value_name = "DIR")]
@@ -146,7 +165,7 @@ pub(crate) struct BakeArgs {
     #[command(flatten, next_help_heading = "Denoising")]
     pub(crate) welding: WeldArgs,
     /// Bake the displacement to this mesh instead: the result of any other denoiser, with the same vertices in the same order
-    #[arg(long, value_name = "DENOISED.obj", help_heading = "Denoising")]
+    #[arg(long, value_name = "DENOISED", help_heading = "Denoising")]
     #[arg(conflicts_with_all = method::options())]
     pub(crate) target: Option<PathBuf>,
     /// Strength λ for the normal map and for the settings of other programs: 0 is noisy, 1 is denoised
@@ -193,6 +212,8 @@ pub(crate) struct BakeArgs {
     /// Do not write NAME.glb, the carrier as binary glTF with the denoised surface as a morph target
     #[arg(long, help_heading = "Map")]
     pub(crate) no_glb: bool,
+    #[command(flatten)]
+    pub(crate) trust: TrustArgs,
 }
 
 #[derive(Args, Debug)]
@@ -200,15 +221,17 @@ pub(crate) struct ApplyArgs {
     /// The manifest that `bake` wrote
     #[arg(value_name = "MAP.planish.json")]
     pub(crate) manifest: PathBuf,
-    /// The mesh that was baked, or its carrier [default: the carrier beside the manifest]
-    #[arg(long, value_name = "IN.obj")]
+    /// The mesh that was baked, or its carrier [default: the carrier beside the manifest, or the mesh if OUT is in its format and the carrier is not]
+    #[arg(long, value_name = "MESH")]
     pub(crate) mesh: Option<PathBuf>,
     /// Strength λ: 0 is noisy, 1 is denoised [default: from the manifest]
     #[arg(long, value_name = "L", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) lambda: Option<f64>,
-    /// Output file for the displaced mesh
-    #[arg(short, long, value_name = "OUT.obj")]
+    /// Output file for the displaced mesh; `-` for stdout
+    #[arg(short, long, value_name = "OUT|-")]
     pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) trust: TrustArgs,
 }
 
 #[derive(Args, Debug)]
@@ -217,17 +240,19 @@ pub(crate) struct CheckArgs {
     #[arg(value_name = "MAP.planish.json")]
     pub(crate) manifest: PathBuf,
     /// The mesh that was baked [default: the file that the manifest names]
-    #[arg(long, value_name = "IN.obj")]
+    #[arg(long, value_name = "MESH")]
     pub(crate) mesh: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) trust: TrustArgs,
 }
 
 #[derive(Args, Debug)]
 pub(crate) struct DenoiseArgs {
     /// The noisy mesh
-    #[arg(value_name = "IN.obj")]
+    #[arg(value_name = "MESH")]
     pub(crate) input: PathBuf,
-    /// Output file for the denoised mesh
-    #[arg(short, long, value_name = "OUT.obj")]
+    /// Output file for the denoised mesh; `-` for stdout
+    #[arg(short, long, value_name = "OUT|-")]
     pub(crate) output: PathBuf,
     #[command(flatten)]
     pub(crate) method: MethodArgs,
@@ -236,15 +261,17 @@ pub(crate) struct DenoiseArgs {
     /// Update the numbers of the `vn` lines too, so that shading follows the new shape; hard edges stay hard
     #[arg(long)]
     pub(crate) update_normals: bool,
+    #[command(flatten)]
+    pub(crate) trust: TrustArgs,
 }
 
 #[derive(Args, Debug)]
 pub(crate) struct CompareArgs {
     /// The clean mesh
-    #[arg(value_name = "CLEAN.obj")]
+    #[arg(value_name = "CLEAN")]
     pub(crate) clean: PathBuf,
     /// Meshes with the same vertices and faces
-    #[arg(value_name = "RESULT.obj", required = true)]
+    #[arg(value_name = "RESULT", required = true)]
     pub(crate) results: Vec<PathBuf>,
     /// Write a table with one row for each result; `-` for stdout
     #[arg(long, value_name = "FILE|-")]
@@ -260,6 +287,8 @@ pub(crate) struct CompareArgs {
     /// Error that is drawn yellow: degrees with --heat angle, mean edge lengths with --heat distance
     #[arg(long, value_name = "X", requires = "heatmap", allow_negative_numbers = true, value_parser = above_zero)]
     pub(crate) heat_max: Option<f64>,
+    #[command(flatten)]
+    pub(crate) trust: TrustArgs,
 }
 
 #[derive(Args, Debug)]
@@ -301,10 +330,12 @@ pub(crate) struct BenchQualityArgs {
 #[derive(Args, Debug)]
 pub(crate) struct InfoArgs {
     /// The mesh
-    #[arg(value_name = "IN.obj")]
+    #[arg(value_name = "MESH")]
     pub(crate) input: PathBuf,
     #[command(flatten)]
     pub(crate) welding: WeldArgs,
+    #[command(flatten)]
+    pub(crate) trust: TrustArgs,
 }
 
 #[derive(Args, Debug)]

@@ -11,4 +11,4 @@ pub(crate) mod methods;
 pub(crate) mod noise;
 
 use planish_files::input::model;
-use planish_files::text::{count, measure};
+use planish_files::text::{count, measure, one_line};

@@ -1,10 +1,13 @@
 //! Output of the command line: results on stdout, progress and warnings on stderr.
 
 use crate::args::OutputArgs;
+use crate::failure::Failure;
+use crate::output::Output;
 use planish_files::terminal::{self, Bar, Terminal};
 use planish_geometry::progress::Progress;
 use serde::Serialize;
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// Prints results and shows progress.
@@ -15,13 +18,17 @@ pub(crate) struct Console {
     terminal: Terminal,
     stages: Mutex<Vec<(&'static str, Instant)>>,
     start: Instant,
+    /// True if standard output gets a result, and nothing else may go there.
+    is_stdout_taken: AtomicBool,
 }
 
 impl Console {
     pub(crate) fn new(args: &OutputArgs) -> Self {
         let bar = if args.quiet || args.json { Bar::Hidden } else { Bar::Shown };
         let (terminal, start) = (Terminal::new(bar), Instant::now());
-        Self { json: args.json, quiet: args.quiet, verbose: args.verbose, terminal, stages: Mutex::default(), start }
+        let OutputArgs { json, quiet, verbose, .. } = *args;
+        let is_stdout_taken = AtomicBool::new(false);
+        Self { json, quiet, verbose, terminal, stages: Mutex::default(), start, is_stdout_taken }
     }
 
     /// Returns whether stdout is reserved for one JSON value.
@@ -29,8 +36,24 @@ impl Console {
         self.json
     }
 
+    /// Keeps standard output for a result, if one of the outputs is standard output. Text for people goes to standard error then.
+    /// Fails if JSON goes to standard output as well, or another output does.
+    pub(crate) fn reserve_stdout<'a>(&self, outputs: impl IntoIterator<Item = &'a Output>) -> Result<(), Failure> {
+        let count = outputs.into_iter().filter(|output| output.is_stdout()).count();
+        if count > 1 {
+            return Err(Failure::Input(
+                "two outputs cannot both go to standard output; name a file for one".to_owned(),
+            ));
+        }
+        if count == 1 && self.json {
+            return Err(Failure::Input("a mesh and --json cannot both go to standard output; name a file".to_owned()));
+        }
+        self.is_stdout_taken.store(count == 1, Ordering::Relaxed);
+        Ok(())
+    }
+
     /// Prints a result: `text` for people, or `value` as JSON.
-    pub(crate) fn report<T: Serialize>(&self, value: &T, text: impl FnOnce() -> String) {
+    pub(crate) fn report<T: Serialize>(&self, value: &T, text: impl FnOnce() -> String) -> Result<(), Failure> {
         self.terminal.clear();
         if self.json {
             let mut value = serde_json::to_value(value).unwrap_or_default();
@@ -43,13 +66,17 @@ impl Console {
                 );
             }
             let json = serde_json::to_string_pretty(&value).unwrap_or_default();
-            self.print_bytes(format!("{json}\n").as_bytes());
+            self.print_bytes(format!("{json}\n").as_bytes())?;
         } else if !self.quiet {
-            self.print_bytes(text().as_bytes());
-            if self.verbose {
-                self.print_bytes(self.stage_table().as_bytes());
+            let stages = if self.verbose { self.stage_table() } else { String::new() };
+            let text = text() + &stages;
+            if self.is_stdout_taken.load(Ordering::Relaxed) {
+                terminal::print_text_aside(&text);
+            } else {
+                terminal::print_text(&text)?;
             }
         }
+        Ok(())
     }
 
     /// Prints a warning: the work succeeded, but the user should know this.
@@ -60,8 +87,8 @@ impl Console {
     }
 
     /// Writes to stdout. A closed pipe is not an error.
-    pub(crate) fn print_bytes(&self, bytes: &[u8]) {
-        terminal::print(bytes);
+    pub(crate) fn print_bytes(&self, bytes: &[u8]) -> Result<(), Failure> {
+        terminal::print(bytes)
     }
 
     /// Removes the progress bar.

@@ -16,8 +16,9 @@ pub(crate) enum Csv {
 impl Csv {
     /// Checks that the table can be written to `path`, or to stdout for `-`. Fails if JSON goes to stdout as well.
     pub(crate) fn open(path: &Path, inputs: &[&Path], console: &Console) -> Result<Self, Failure> {
-        if path != Path::new("-") {
-            return Ok(Self::File(Output::open(path, inputs)?));
+        let output = Output::open(path, inputs)?;
+        if !output.is_stdout() {
+            return Ok(Self::File(output));
         }
         if console.is_json() {
             return Err(Failure::Input(

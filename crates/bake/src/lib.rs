@@ -20,13 +20,24 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     let cli = match Cli::try_parse_from(args) {
         Ok(cli) => cli,
         Err(e) => {
-            // Help and version go to stdout and are no error. A closed pipe is not an error either.
-            let _ = e.print();
-            return ExitCode::from(u8::try_from(e.exit_code()).unwrap_or(2));
+            let code = ExitCode::from(u8::try_from(e.exit_code()).unwrap_or(2));
+            if e.use_stderr() {
+                let _ = e.print();
+                return code;
+            }
+            // Help and version go to standard output and are no error, but for a full disk.
+            return match e.print() {
+                Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+                    let reason = format!("standard output cannot be written: {}", input::plain(&e));
+                    terminal::conclude(Err(Failure::Internal(reason)))
+                }
+                _ => code,
+            };
         }
     };
+    terminal::watch_memory();
     let console = Console::new(&cli.output);
-    let result = dispatch(cli.command, &console);
+    let result = terminal::with_threads(|| dispatch(cli.command, &console));
     console.finish();
     terminal::conclude(result)
 }
@@ -42,15 +53,11 @@ fn dispatch(command: Command, console: &Console) -> Result<(), Failure> {
         Command::BenchQuality(args) => commands::bench_quality::run(&args, console),
         Command::Noise(args) => commands::noise::run(&args, console),
         Command::Info(args) => commands::info::run(&args, console),
-        Command::Methods(args) => {
-            commands::methods::run(&args, console);
-            Ok(())
-        }
+        Command::Methods(args) => commands::methods::run(&args, console),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "planish", &mut script);
-            console.print_bytes(&script);
-            Ok(())
+            console.print_bytes(&script)
         }
     }
 }

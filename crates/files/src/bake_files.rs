@@ -1,21 +1,25 @@
 //! Bakes a mesh on disk into the files of its displacement map.
 
+use crate::compression;
 use crate::failure::Failure;
-use crate::input;
+use crate::input::{self, LARGEST_PICTURE, NamedFile, Trust};
 use crate::method;
-use crate::output::{self, Folder};
-use crate::text::{count, volume_not_restored};
+use crate::output::{self, Earlier, Folder};
+use crate::text::{count, shown, volume_not_restored};
 use planish_geometry::bake::{
-    self, BakeError, BakeSettings, BakeTarget, Bundle, BundleNames, Fallback, LayoutChoice, SideFiles,
+    self, BakeError, BakeSettings, BakeTarget, Bundle, BundleFile, BundleNames, Fallback, LayoutChoice, SideFiles,
 };
 use planish_geometry::denoise::Denoising;
-use planish_geometry::map::manifest::{self, HeightsLoss, Layout, Target};
+use planish_geometry::map::manifest::{self, FileEntry, HeightsLoss, Layout, Target};
 use planish_geometry::mesh::atlas::AtlasError;
 use planish_geometry::progress::Progress;
+use planish_geometry::source::flaws::flaws;
 use planish_geometry::source::materials;
+use planish_geometry::source::mesh_file::MeshFile;
 use planish_geometry::source::model::Model;
-use planish_geometry::source::obj::Obj;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
 /// A mesh to bake and the folder that its files will lie in; names in the manifest and the materials depend on that folder.
 #[derive(Clone, Copy, Debug)]
@@ -28,6 +32,8 @@ pub struct Job<'a> {
     pub folder: &'a Path,
     /// Other files that were read, such as masks, and must not be overwritten.
     pub protected: &'a [PathBuf],
+    /// Rule on the libraries and textures that the mesh names.
+    pub trust: Trust,
 }
 
 /// A bake in memory, before its files are written.
@@ -53,8 +59,10 @@ pub fn folder_beside(input: &Path) -> Result<PathBuf, Failure> {
 
 /// Returns the name of a mesh without folder and extension, with which the names of all results begin.
 fn stem(input: &Path) -> Result<String, Failure> {
-    let stem = input.file_stem().map(|s| s.to_string_lossy().into_owned());
-    stem.ok_or_else(|| Failure::at(input, "names no file"))
+    let name = compression::uncompressed_name(input);
+    let stem = name.file_stem().ok_or_else(|| Failure::at(input, "names no file"))?.to_string_lossy();
+    // OBJ and MTL name files in a line, which must stay one.
+    Ok(stem.chars().map(|c| if c.is_control() { '_' } else { c }).collect())
 }
 
 impl Job<'_> {
@@ -67,10 +75,11 @@ impl Job<'_> {
     /// Reads the result of any other denoiser from `path`, and returns it as the goal of a bake. Fails if that mesh has another
     /// number of `v` lines than the input.
     pub fn target(&self, path: &Path) -> Result<BakeTarget, Failure> {
-        let denoised = input::source(path)?;
+        let denoised = input::source(path, self.trust)?;
         let (found, needed) = (denoised.data().positions().len(), self.model.data().positions().len());
         if found != needed {
-            let reason = format!("has {found} `v` lines, but {} has {needed}", self.input.display());
+            let reason =
+                format!("has {found} {}, but {} has {needed}", denoised.format().vertices(), shown(self.input));
             return Err(Failure::at(path, reason));
         }
         let target = Target::new(from_folder(path, self.folder), manifest::sha256(&denoised.bytes()));
@@ -79,35 +88,72 @@ impl Job<'_> {
 
     /// Bakes into memory.
     pub fn run(&self, settings: &BakeSettings, progress: &dyn Progress) -> Result<Baked, Failure> {
-        let Self { input, model, folder, protected } = *self;
+        let Self { input, model, folder, protected, trust } = *self;
         let names = names(input, folder, stem(input)?);
-        let (found, missing): (Vec<_>, Vec<_>) =
-            input::libraries(input, model.source()).into_iter().partition(|library| library.bytes.is_some());
-        let missing = missing.iter().map(|l| l.path.display());
-        let mut warnings: Vec<String> =
-            missing.map(|path| format!("{path} cannot be read; the carrier will lack its materials")).collect();
-        let (library_paths, libraries): (Vec<_>, Vec<_>) =
-            found.into_iter().filter_map(|library| Some((library.path, library.bytes?))).unzip();
-        let names_of_textures = libraries.iter().flat_map(|bytes| materials::textures(bytes));
-        let textures: Vec<PathBuf> = names_of_textures.map(|name| texture_path(input, &name)).collect();
+        let (mut missing, mut library_paths, mut libraries) = (Vec::new(), Vec::new(), Vec::new());
+        for library in input::libraries(input, model.source(), trust) {
+            match library.bytes {
+                Ok(bytes) => libraries.push(bytes),
+                Err(reason) => missing.push(format!("{reason}; the carrier will lack its materials")),
+            }
+            library_paths.push(library.path);
+        }
+        let mut warnings = input::summary(missing);
+        warnings.extend(model.source().file().map_or(&[][..], MeshFile::notes).iter().cloned());
+        warnings.extend(flaws(model).iter().map(ToString::to_string));
+        if input.to_str().is_none() {
+            warnings.push(
+                "the name of the mesh is not UTF-8, so the manifest cannot hold it; `check` will need --mesh"
+                    .to_owned(),
+            );
+        }
+        // Textures within the mesh file become files beside the carrier.
+        let embedded = |texture: &str| model.source().file().and_then(|file| file.embedded_texture(texture));
+        let embedded_name = |texture: &str| format!("{}.{texture}", names.stem);
+        let names_of_textures: BTreeSet<String> =
+            libraries.iter().flat_map(|bytes| materials::textures(bytes)).collect();
+        let (mut within, mut textures) = (Vec::new(), BTreeSet::new());
+        for name in &names_of_textures {
+            match embedded(name) {
+                Some(bytes) => within.push(BundleFile { name: embedded_name(name), bytes }),
+                None => _ = textures.insert(texture_path(input, name)),
+            }
+        }
         if settings.layout == LayoutChoice::Unwrap && !textures.is_empty() && !model.data().uvs().is_empty() {
             let reason = "the textures of the materials do not fit the carrier, which has new texture coordinates";
             warnings.push(reason.to_owned());
         }
-        let mut inputs: Vec<PathBuf> = textures.into_iter().chain(library_paths).collect();
+        let mut inputs: Vec<PathBuf> = textures.iter().cloned().chain(library_paths).collect();
         inputs.push(input.to_path_buf());
         inputs.extend_from_slice(protected);
         if let BakeTarget::Positions { target, .. } = &settings.target {
             inputs.push(folder.join(&target.file));
         }
         let relocate = |texture: &str| {
+            if embedded(texture).is_some() {
+                return embedded_name(texture);
+            }
             let path = texture_path(input, texture);
-            // The name of a missing texture stays as it was written: the user may know why.
-            if path.is_file() { from_folder(&path, folder) } else { texture.to_owned() }
+            let relocated = path.is_file().then(|| from_folder(&path, folder));
+            // The name of a missing texture stays as it was written: the user may know why. A statement is one line.
+            relocated.filter(|name| !name.contains(char::is_control)).unwrap_or_else(|| texture.to_owned())
         };
-        let texture = |name: &str| std::fs::read(texture_path(input, name)).ok();
-        let side_files = SideFiles { libraries: &libraries, relocate: &relocate, texture: &texture };
+        let named =
+            |path: &Path| NamedFile { path, folder: input::folder_of(input), trust, largest: LARGEST_PICTURE }.read();
+        // The reason for each texture that is refused. One that is missing was missing before.
+        let refused = Mutex::new(BTreeSet::new());
+        let from_file = |name: &str| {
+            let path = texture_path(input, name);
+            let read = named(&path);
+            if let (Err(reason), true, Ok(mut refused)) = (&read, path.exists(), refused.lock()) {
+                refused.insert(format!("{reason}; the glTF file will lack this texture"));
+            }
+            read.ok()
+        };
+        let texture = |name: &str| embedded(name).or_else(|| from_file(name));
+        let side_files = SideFiles { libraries: &libraries, relocate: &relocate, texture: &texture, within: &within };
         let bundle = bake::bake(model, &names, side_files, settings, progress).map_err(|e| explain(e, model, input))?;
+        warnings.extend(input::summary(refused.into_inner().unwrap_or_default()));
         warnings.extend(warn(&bundle));
         Ok(Baked { bundle, warnings, inputs })
     }
@@ -118,15 +164,40 @@ impl Baked {
     pub fn write(&self, folder: Folder) -> Result<Vec<PathBuf>, Failure> {
         let files = &self.bundle.files;
         files.iter().try_for_each(|f| output::refuse_overwrite(&folder.path().join(&f.name), &self.inputs))?;
-        folder.write(files.iter().map(|f| (Path::new(&f.name), f.bytes.as_slice())))
+        let path = folder.path().to_path_buf();
+        let manifest = files.last().map(|file| path.join(&file.name)).unwrap_or_default();
+        let new: Vec<(&Path, &[u8])> = files.iter().map(|f| (Path::new(&f.name), f.bytes.as_slice())).collect();
+        let is_new = |name: &str| files.iter().any(|file| file.name == name);
+        folder.write_bundle(&new, || earlier(&manifest, &path, is_new))
     }
+}
+
+/// Finds the files of an earlier bake under the same name, by its manifest.
+fn earlier(manifest: &Path, folder: &Path, is_new: impl Fn(&str) -> bool) -> Earlier {
+    let Some(files) = std::fs::read(manifest).ok().and_then(|bytes| manifest::named_files(&bytes)) else {
+        return Earlier::default();
+    };
+    let names = files.iter().map(|entry| PathBuf::from(&entry.file));
+    let replaceable = names.chain(manifest.file_name().map(PathBuf::from)).collect();
+    let is_plain_name = |name: &str| Path::new(name).file_name() == Some(name.as_ref());
+    let unchanged = |entry: &&FileEntry| {
+        let bytes = std::fs::read(folder.join(&entry.file));
+        bytes.is_ok_and(|bytes| manifest::sha256(&bytes) == entry.sha256)
+    };
+    let old = files.iter().filter(|entry| is_plain_name(&entry.file) && !is_new(&entry.file));
+    let obsolete = old.filter(unchanged).map(|entry| folder.join(&entry.file)).collect();
+    Earlier { replaceable, obsolete }
 }
 
 /// BundleNames the files. The carrier has the name of the source, unless it would then overwrite the source.
 fn names(input: &Path, folder: &Path, stem: String) -> BundleNames {
-    let taken = output::same_file(&folder.join(format!("{stem}.obj")), input);
+    let is_input = |extension: &str| output::same_file(&folder.join(format!("{stem}.{extension}")), input);
+    let taken = is_input("obj") || is_input("glb");
     let carrier = if taken { format!("{stem}.planish") } else { stem.clone() };
-    BundleNames { source: from_folder(input, folder), stem, carrier }
+    // A pipe has no place to which a path could lead back.
+    let is_file = input.metadata().is_ok_and(|m| m.is_file());
+    let name = || input.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    BundleNames { source: if is_file { from_folder(input, folder) } else { name() }, stem, carrier }
 }
 
 /// Returns a path relative to a folder, with slashes.
@@ -138,7 +209,7 @@ fn from_folder(path: &Path, folder: &Path) -> String {
 
 /// Returns the path of a texture that the materials of a mesh name.
 fn texture_path(input: &Path, texture: &str) -> PathBuf {
-    input.parent().unwrap_or(Path::new("")).join(texture.replace('\\', "/"))
+    input::folder_of(input).join(texture.replace('\\', "/"))
 }
 
 /// Says why a mesh cannot be baked, with the option or the step in another program that helps.
@@ -150,10 +221,18 @@ fn explain(error: BakeError, model: &Model, input: &Path) -> Failure {
             "has no texture coordinates (no face names a `vt`): use --layout vertex, which needs none, --layout unwrap, or unwrap it first (in Blender: Edit Mode, U, Smart UV Project)",
         ),
         BakeError::Atlas(AtlasError::NonFinite { uv }) => {
-            let lines = model.source().as_obj().map_or(&[][..], Obj::non_finite_uvs);
-            let line = lines.iter().find(|l| l.0 == uv).or(lines.first());
-            let line = line.map(|l| format!("line {}: ", l.1)).unwrap_or_default();
-            Failure::at(input, format!("{line}a texture coordinate that a face uses is not finite"))
+            let line = model.source().as_obj().and_then(|obj| obj.uv_line(uv));
+            let place = line
+                .map_or_else(|| format!("texture coordinate {uv} (counted from 0): "), |line| format!("line {line}: "));
+            let reason = "a texture coordinate that a face uses is not finite in single precision";
+            Failure::at(input, format!("{place}{reason}"))
+        }
+        BakeError::TooFar { source_vertex } => {
+            let place = input::vertex_place(model.source(), source_vertex);
+            Failure::at(
+                input,
+                format!("{place}a coordinate is too large for single precision, in which maps are applied"),
+            )
         }
         BakeError::NoTangents => {
             Failure::at(input, "has no texture coordinates, and --space tangent needs some; use --space object")
@@ -163,8 +242,8 @@ fn explain(error: BakeError, model: &Model, input: &Path) -> Failure {
         #[cfg(feature = "unwrap")]
         e @ BakeError::Unwrap(_) => Failure::at(input, e),
         BakeError::ChartsDoNotFit { .. } => Failure::at(input, format!("{error}; use a larger --size or --max-size")),
-        e @ (BakeError::NotFinite | BakeError::Gltf(_)) => Failure::at(input, e),
-        other => Failure::Internal(format!("{}: {other}", input.display())),
+        e @ (BakeError::NotFinite | BakeError::NotMeasurable | BakeError::Gltf(_)) => Failure::at(input, e),
+        other => Failure::Internal(format!("{}: {other}", shown(input))),
     }
 }
 

@@ -1,5 +1,6 @@
 //! The error of everything that reads, bakes or writes files.
 
+use crate::text::shown;
 use planish_geometry::denoise::limits::LimitsError;
 use planish_geometry::progress::Cancelled;
 use std::path::Path;
@@ -22,7 +23,7 @@ pub enum Failure {
 impl Failure {
     /// Makes an input error that begins with the path of the file at fault.
     pub fn at(path: &Path, reason: impl std::fmt::Display) -> Self {
-        Self::Input(format!("{}: {reason}", path.display()))
+        Self::Input(format!("{}: {reason}", shown(path)))
     }
     /// Makes a failure that is not the user's doing from the error that caused it; exit code 1.
     pub fn internal(error: impl std::fmt::Display) -> Self {

@@ -1,36 +1,49 @@
 //! Inspection of a mesh file: its content and its defects.
 
 use crate::failure::Failure;
-use crate::input;
-use crate::text::count;
+use crate::input::{self, Trust};
+use crate::text::{count, shown};
 use planish_geometry::map::layout_issues::LayoutIssues;
 use planish_geometry::map::map_size::{self, Spacing};
 use planish_geometry::map::{Coverage, Size};
 use planish_geometry::mesh::atlas::{AtlasError, Charts};
 use planish_geometry::progress::Progress;
+use planish_geometry::source::flaws::flaws;
+use planish_geometry::source::format::Format;
 use planish_geometry::source::materials;
+use planish_geometry::source::mesh_file::MeshFile;
 use planish_geometry::source::model::{Defects, Model};
 use planish_geometry::source::obj::Obj;
 use serde::Serialize;
-use std::path::Path;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 
 /// Side of the map in which overlaps are searched for, in texels.
 const PROBE: u32 = 1024;
+
+/// Side of the map in which overlaps are searched for, in texels. The more layers of charts there are, the fewer texels show it.
+fn probe(layers: f64) -> u32 {
+    const PLENTY: f64 = 4.0;
+    let side = f64::from(PROBE) / (layers / PLENTY).max(1.0).sqrt();
+    (side as u32).max(16)
+}
 
 /// Content and defects of a mesh file.
 #[derive(Clone, Debug, Serialize)]
 pub struct Info {
     /// Path of the file as it was given.
     pub file: String,
+    /// Format of the file.
+    pub format: Format,
     /// Size of the file in bytes.
     pub bytes: usize,
-    /// Number of `v` lines.
+    /// Number of source vertices: `v` lines of an OBJ.
     pub vertex_lines: usize,
-    /// Number of `vt` lines.
+    /// Number of texture coordinates: `vt` lines of an OBJ.
     pub uv_lines: usize,
-    /// Number of `vn` lines.
+    /// Number of normals: `vn` lines of an OBJ.
     pub normal_lines: usize,
-    /// Number of `f` statements.
+    /// Number of faces: `f` statements of an OBJ.
     pub faces: usize,
     /// Number of triangles of the surface, after polygons are cut and useless faces dropped.
     pub triangles: usize,
@@ -50,6 +63,8 @@ pub struct Info {
     pub vertices_with_colour_or_w: usize,
     /// Number of statements that planish keeps and does not understand.
     pub other_statements: usize,
+    /// Contents besides the mesh, which are kept, each with its count.
+    pub contents: Vec<String>,
     /// Number of vertices after welding.
     pub vertices: usize,
     /// Number of edges of the surface.
@@ -107,18 +122,20 @@ pub struct Material {
 }
 
 /// Inspects a mesh that was read from `path`. Its material libraries are read from the same folder.
-pub fn inspect(path: &Path, model: &Model, progress: &dyn Progress) -> Result<Info, Failure> {
+pub fn inspect(path: &Path, model: &Model, trust: Trust, progress: &dyn Progress) -> Result<Info, Failure> {
     let (data, surface) = (model.data(), model.surface());
     let obj = model.source().as_obj();
     let topology = surface.topology();
     let defects = model.defects();
     let mut notes = notes(model, &defects);
+    notes.extend(model.source().file().map_or(&[][..], MeshFile::notes).iter().cloned());
     let layout = inspect_layout(model, progress, &mut notes)?;
-    let materials = inspect_materials(path, model, &mut notes);
+    let materials = inspect_materials(path, model, trust, &mut notes);
     let closed = defects.boundary_edges == 0 && defects.non_manifold_edges == 0;
     let extras = obj.map(|obj| obj.extras().clone()).unwrap_or_default();
     Ok(Info {
         file: path.display().to_string(),
+        format: model.source().format(),
         bytes: model.source().bytes().len(),
         vertex_lines: data.positions().len(),
         uv_lines: data.uvs().len(),
@@ -133,6 +150,7 @@ pub fn inspect(path: &Path, model: &Model, progress: &dyn Progress) -> Result<In
         points: extras.points,
         vertices_with_colour_or_w: extras.extended_vertices,
         other_statements: extras.other,
+        contents: model.source().file().map(MeshFile::contents).unwrap_or_default(),
         vertices: topology.vertex_count(),
         edges: topology.edges().len(),
         // An isolated vertex counts as a defect, not as a component.
@@ -156,12 +174,13 @@ fn inspect_layout(model: &Model, progress: &dyn Progress, notes: &mut Vec<String
         Ok(atlas) => {
             let spacing = Spacing::new(&atlas);
             let choice = spacing.choose(&map_size::sides(map_size::LARGEST_SIDE));
-            let coverage = Coverage::new(surface, &atlas, Size::square(PROBE), progress)?;
+            let probe = probe(Coverage::layers(surface, &atlas));
+            let coverage = Coverage::new(surface, &atlas, Size::square(probe), progress)?;
             let findings = LayoutIssues::of(surface, &atlas, &spacing, &coverage);
             notes.extend(findings.problems());
             Some(Layout {
                 charts: atlas.charts(surface),
-                probe: PROBE,
+                probe,
                 findings,
                 size: choice.side,
                 size_reason: choice.to_string(),
@@ -176,7 +195,7 @@ fn inspect_layout(model: &Model, progress: &dyn Progress, notes: &mut Vec<String
     let non_finite = model.source().as_obj().map_or(&[][..], Obj::non_finite_uvs);
     if let Some(&(_, line)) = non_finite.first() {
         let n = count(non_finite.len(), "`vt` line is", "`vt` lines are");
-        notes.push(format!("{n} not finite, the first in line {line}: `bake` cannot use them"));
+        notes.push(format!("{n} not finite, the first in line {line}: faces have no texture coordinates there"));
     }
     Ok(layout)
 }
@@ -191,7 +210,11 @@ fn notes(model: &Model, d: &Defects) -> Vec<String> {
         }
     };
     let first = |line: Option<u32>| line.map(|line| format!(", the first in line {line}")).unwrap_or_default();
-    note(welded, "`v` line is", "`v` lines are", " welded to another one at the same position".to_owned());
+    let (one, many) = match model.source().format() {
+        Format::Obj => ("`v` line is", "`v` lines are"),
+        _ => ("vertex is", "vertices are"),
+    };
+    note(welded, one, many, " welded to another one at the same position".to_owned());
     note(d.isolated_vertices, "vertex is", "vertices are", " used by no face".to_owned());
     note(d.boundary_edges, "edge has", "edges have", " one face only: the mesh is open there".to_owned());
     note(d.non_manifold_edges, "edge has", "edges have", " three faces or more".to_owned());
@@ -200,12 +223,6 @@ fn notes(model: &Model, d: &Defects) -> Vec<String> {
         "vertex joins",
         "vertices join",
         " parts of the surface that have no edge in common there".to_owned(),
-    );
-    note(
-        d.misoriented_edges,
-        "edge lies",
-        "edges lie",
-        " between faces whose normals point to opposite sides".to_owned(),
     );
     note(
         d.degenerate_faces,
@@ -220,30 +237,36 @@ fn notes(model: &Model, d: &Defects) -> Vec<String> {
         format!(" an earlier one{}", first(d.first_duplicate_line)),
     );
     note(d.zero_area_faces, "face has", "faces have", " no area".to_owned());
+    notes.extend(flaws(model).iter().map(ToString::to_string));
     notes
 }
 
 /// Looks up the materials that faces use in the libraries, and adds problems to `notes`.
-fn inspect_materials(path: &Path, model: &Model, notes: &mut Vec<String>) -> Vec<Material> {
-    let mut known = Vec::new();
-    for library in input::libraries(path, model.source()) {
-        let shown = library.path.display().to_string();
-        let Some(bytes) = library.bytes else {
-            notes.push(format!("the material library {shown} cannot be read"));
-            continue;
-        };
-        match materials::read(&bytes) {
-            Ok(materials) => known.extend(materials.into_iter().map(|m| (m, library.path.clone()))),
-            Err(e) => notes.push(format!("{shown}: {e}")),
+fn inspect_materials(path: &Path, model: &Model, trust: Trust, notes: &mut Vec<String>) -> Vec<Material> {
+    // If several libraries define a name, the first one counts.
+    let mut known: HashMap<String, (materials::Material, PathBuf)> = HashMap::new();
+    let mut problems = Vec::new();
+    for library in input::libraries(path, model.source(), trust) {
+        let read = library.bytes.map_err(|e| format!("material library {e}"));
+        let read = read.and_then(|b| materials::read(&b).map_err(|e| format!("{}: {e}", shown(&library.path))));
+        match read {
+            Ok(materials) => {
+                for material in materials {
+                    known.entry(material.name.clone()).or_insert_with(|| (material, library.path.clone()));
+                }
+            }
+            Err(problem) => problems.push(problem),
         }
     }
+    notes.extend(input::summary(problems));
     let used = model.data().materials().iter().map(|name| String::from_utf8_lossy(name).into_owned());
     let describe = |name: String| {
-        let found = known.iter().find(|(m, _)| m.name == name);
+        let found = known.get(&name);
         let texture = found.and_then(|(m, library)| {
             let texture = m.diffuse_texture.clone()?;
-            let path = library.parent().unwrap_or(Path::new("")).join(texture.replace('\\', "/"));
-            Some((texture, path.is_file()))
+            let path = input::folder_of(library).join(texture.replace('\\', "/"));
+            let inside = model.source().file().is_some_and(|file| file.embedded_texture(&texture).is_some());
+            Some((texture, inside || path.is_file()))
         });
         let library = found.map(|(_, library)| library.display().to_string());
         let (diffuse_texture, texture_found) = texture.unzip();

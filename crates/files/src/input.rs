@@ -1,54 +1,181 @@
 //! Reads files, with errors that name them.
 
+use crate::compression;
 use crate::failure::Failure;
+use crate::terminal;
+use glam::DVec3;
 use planish_geometry::denoise::limits::Mask;
 use planish_geometry::map::manifest::Manifest;
+use planish_geometry::mesh::jagged::Index;
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Progress;
-use planish_geometry::source::Source;
+use planish_geometry::source::format::Format;
+use planish_geometry::source::mesh_file::MeshFile;
 use planish_geometry::source::model::Model;
-use planish_geometry::source::obj::Obj;
+use planish_geometry::source::{MeshData, Source, materials};
+use std::cell::RefCell;
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 /// Fraction of the diagonal of a mesh above which a welding distance can only be a mistake.
 const LARGEST_WELD: f64 = 0.01;
+/// Largest absolute coordinate, model units: its sixth power is finite in double precision.
+const LARGEST_COORDINATE: f64 = 1e50;
+/// Smallest diagonal of a mesh, model units, with which products of lengths are not lost.
+const SMALLEST_SIZE: f64 = 1e-50;
 
-/// Reads all bytes of a file.
+/// Reads all bytes of a file that the user names. It may be a pipe.
 pub fn read(path: &Path) -> Result<Vec<u8>, Failure> {
+    terminal::work_on(path);
+    if path.as_os_str().is_empty() {
+        return Err(Failure::at(path, "names no file"));
+    }
     if path.is_dir() {
         return Err(Failure::at(path, "is a directory, not a file"));
     }
     std::fs::read(path).map_err(|e| Failure::at(path, plain(&e)))
 }
 
-/// Reads a mesh in any format that planish knows.
-pub fn source(path: &Path) -> Result<Source, Failure> {
-    Ok(obj(path)?.into())
+/// Rule on the files that another file may name: libraries and textures by a mesh, all files of a map by its manifest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Trust {
+    /// Files are read from the folder of the file that names them, and from the folders below.
+    #[default]
+    Folder,
+    /// Files are read from anywhere.
+    Anywhere,
 }
 
-/// Reads an OBJ file.
-pub fn obj(path: &Path) -> Result<Obj, Failure> {
-    Obj::parse(read(path)?).map_err(|e| Failure::at(path, e))
+/// Bytes of a material library that are read at most.
+pub const LARGEST_LIBRARY: u64 = 64 << 20;
+/// Bytes of a picture that are read at most, if a file names it.
+pub const LARGEST_PICTURE: u64 = 1 << 30;
+/// Bytes of a mesh that are read at most, if a manifest names it.
+pub const LARGEST_MESH: u64 = 16 << 30;
+
+/// A file that another file names, and the rule for reading it.
+#[derive(Clone, Copy, Debug)]
+pub struct NamedFile<'a> {
+    /// Path of the file.
+    pub path: &'a Path,
+    /// Folder of the file that names it.
+    pub folder: &'a Path,
+    /// Rule on where the file may lie.
+    pub trust: Trust,
+    /// Largest number of bytes.
+    pub largest: u64,
+}
+
+impl NamedFile<'_> {
+    /// Checks the rule without reading the file: it has to be a plain file that is not too large and, by [`Trust::Folder`], lie in
+    /// the folder or below, all links followed. Returns the path that was checked.
+    pub fn check(&self) -> Result<PathBuf, Failure> {
+        let Self { path, folder, trust, largest } = *self;
+        let failed = |e: std::io::Error| Failure::at(path, plain(&e));
+        let real = path.canonicalize().map_err(failed)?;
+        if trust == Trust::Folder {
+            let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+            if !folder.canonicalize().is_ok_and(|folder| real.starts_with(folder)) {
+                let reason = "lies outside of the folder of the file that names it, and is read with --trust only";
+                return Err(Failure::at(path, reason));
+            }
+        }
+        let metadata = real.metadata().map_err(failed)?;
+        if metadata.is_dir() {
+            return Err(Failure::at(path, "is a directory, not a file"));
+        }
+        if !metadata.is_file() {
+            return Err(Failure::at(path, "is a pipe or a device, and another file may name plain files only"));
+        }
+        let size = metadata.len();
+        if size > largest {
+            return Err(Failure::at(path, format!("has {size} bytes, and at most {largest} are read")));
+        }
+        Ok(real)
+    }
+
+    /// Reads the file by the rule.
+    pub fn read(&self) -> Result<Vec<u8>, Failure> {
+        use std::io::Read as _;
+        let real = self.check()?;
+        let mut bytes = Vec::new();
+        // The file may grow meanwhile.
+        let read = std::fs::File::open(real).and_then(|file| file.take(self.largest).read_to_end(&mut bytes));
+        read.map_err(|e| Failure::at(self.path, plain(&e)))?;
+        Ok(bytes)
+    }
+}
+
+/// Returns the folder of a file: that in which the names in it are looked up.
+pub fn folder_of(path: &Path) -> &Path {
+    path.parent().unwrap_or(Path::new(""))
+}
+
+/// Reads a mesh in any format that planish knows. It may be compressed, and its numbers may be in other files, which are read by
+/// the rule.
+pub fn source(path: &Path, trust: Trust) -> Result<Source, Failure> {
+    parse(read(path)?, path, trust)
+}
+
+/// Reads a mesh from the bytes of the file at `path`, as [`source`] does.
+pub fn parse(bytes: Vec<u8>, path: &Path, trust: Trust) -> Result<Source, Failure> {
+    terminal::work_on(path);
+    parse_content(content(bytes, path)?, path, trust)
+}
+
+fn parse_content(content: Vec<u8>, path: &Path, trust: Trust) -> Result<Source, Failure> {
+    let refused = RefCell::new(None);
+    let beside = |name: &str| {
+        let folder = folder_of(path);
+        let file = NamedFile { path: &folder.join(name), folder, trust, largest: LARGEST_MESH };
+        file.read().map_err(|reason| refused.replace(Some(reason))).ok()
+    };
+    Source::parse_beside(content, format_of(path), &beside).map_err(|e| match refused.take() {
+        Some(reason) => Failure::at(path, format!("{e}: {reason}")),
+        None => Failure::at(path, e),
+    })
+}
+
+/// Content of the file at `path`, uncompressed if its bytes are those of a compressed file.
+fn content(bytes: Vec<u8>, path: &Path) -> Result<Vec<u8>, Failure> {
+    compression::decompressed(bytes).map_err(|e| Failure::at(path, e))
+}
+
+/// Bytes that identify the mesh in the bytes of the file at `path`, as [`Source::bytes`] has them.
+pub fn identity(bytes: Vec<u8>, path: &Path, trust: Trust) -> Result<Vec<u8>, Failure> {
+    let content = content(bytes, path)?;
+    match Format::of_content(&content, format_of(path)) {
+        // Its numbers may be in other files.
+        Format::Glb | Format::Gltf => Ok(parse_content(content, path, trust)?.bytes().into_owned()),
+        _ => Ok(content),
+    }
+}
+
+/// Format of a mesh that the name of a file stands for, compressed or not; `None` if its extension is that of no mesh.
+pub fn format_of(path: &Path) -> Option<Format> {
+    Format::of_extension(&compression::uncompressed_name(path).extension()?.to_string_lossy())
 }
 
 /// Reads and welds a mesh. Fails if no face is left, or if the welding distance is too large.
-pub fn model(path: &Path, welding: Welding, progress: &dyn Progress) -> Result<Model, Failure> {
+pub fn model(path: &Path, welding: Welding, trust: Trust, progress: &dyn Progress) -> Result<Model, Failure> {
     progress.stage("reading");
-    let source = source(path)?;
+    let source = source(path, trust)?;
+    weld(source, path, welding, progress)
+}
+
+/// Welds a mesh that was read from `path`. Fails if no face is left, if the welding distance is too large, or if coordinates are.
+pub fn weld(source: Source, path: &Path, welding: Welding, progress: &dyn Progress) -> Result<Model, Failure> {
     progress.check()?;
     if let Welding::Epsilon(epsilon) = welding {
-        let bounds = source
-            .data()
-            .positions()
-            .iter()
-            .fold([glam::DVec3::INFINITY, glam::DVec3::NEG_INFINITY], |[l, h], p| [l.min(*p), h.max(*p)]);
-        let diagonal = bounds[0].distance(bounds[1]);
+        let [low, high] = bounds(source.data());
+        let diagonal = low.distance(high);
         if epsilon > LARGEST_WELD * diagonal {
             let limit = LARGEST_WELD * diagonal;
             let reason = format!("--weld {epsilon} is more than a hundredth of the mesh (at most {limit:.3e})");
             return Err(Failure::at(path, reason));
         }
     }
+    check_scale(&source).map_err(|reason| Failure::at(path, reason))?;
     progress.stage("connecting");
     let model = Model::new(source, welding);
     progress.check()?;
@@ -56,6 +183,41 @@ pub fn model(path: &Path, welding: Welding, progress: &dyn Progress) -> Result<M
         return Err(Failure::at(path, "no face has three different vertices"));
     }
     Ok(model)
+}
+
+/// Bounding box of the source vertices that faces use.
+fn bounds(data: &MeshData) -> [DVec3; 2] {
+    let used = data.faces().items().iter().map(|corner| data.positions()[corner.position as usize]);
+    used.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)])
+}
+
+/// Fails if coordinates are so large or so small that products of them leave double precision: then nothing can be measured.
+fn check_scale(source: &Source) -> Result<(), String> {
+    let data = source.data();
+    let beyond = |p: &DVec3| p.abs().max_element() > LARGEST_COORDINATE;
+    let advice =
+        format!("planish computes with sizes from {SMALLEST_SIZE:e} to {LARGEST_COORDINATE:e}; scale the mesh");
+    let used = data.faces().items().iter().map(|corner| corner.position);
+    if let Some(v) = used
+        .min_by_key(|&v| (!beyond(&data.positions()[v as usize]), v))
+        .filter(|&v| beyond(&data.positions()[v as usize]))
+    {
+        return Err(format!("{}a coordinate is too large: {advice}", vertex_place(source, v)));
+    }
+    let [low, high] = bounds(data);
+    let diagonal = low.distance(high);
+    if 0.0 < diagonal && diagonal < SMALLEST_SIZE || diagonal == 0.0 && low != high {
+        return Err(format!("the mesh is too small: {advice}"));
+    }
+    Ok(())
+}
+
+/// Names a source vertex for the beginning of a message, by its line where the format has lines.
+pub fn vertex_place(source: &Source, vertex: Index) -> String {
+    match source.as_obj().and_then(|obj| obj.vertex_line(vertex)) {
+        Some(line) => format!("line {line}: "),
+        None => format!("vertex {vertex} (counted from 0): "),
+    }
 }
 
 /// Reads a text file of source vertices, such as `7 12-40`, for a mesh that has `source_vertices` of them.
@@ -88,30 +250,52 @@ pub fn plain(e: &std::io::Error) -> String {
 pub struct Library {
     /// Path of the library: beside the mesh, under the name that the mesh gives.
     pub path: PathBuf,
-    /// Content of the library; `None` if it cannot be read.
-    pub bytes: Option<Vec<u8>>,
+    /// Content of the library, or the reason why it is not used.
+    pub bytes: Result<Vec<u8>, Failure>,
 }
 
-/// Reads the material libraries that a mesh names from the folder of the mesh.
-pub fn libraries(mesh: &Path, source: &Source) -> Vec<Library> {
-    let folder = mesh.parent().unwrap_or(Path::new(""));
-    let mut found: Vec<Library> = Vec::new();
-    let load = |name: &str| {
+/// Reads the material libraries that a mesh names from the folder of the mesh. Materials inside the mesh file are a library at the
+/// path of the mesh.
+pub fn libraries(mesh: &Path, source: &Source, trust: Trust) -> Vec<Library> {
+    let folder = folder_of(mesh);
+    let (mut found, mut known) = (Vec::new(), HashSet::new());
+    let embedded = source.file().map(MeshFile::embedded_library).filter(|library| !library.is_empty());
+    found.extend(embedded.map(|bytes| Library { path: mesh.to_owned(), bytes: Ok(bytes) }));
+    let mut load = |name: &str| {
         let path = folder.join(name.replace('\\', "/"));
-        let bytes = std::fs::read(&path).ok();
-        Library { path, bytes }
+        if known.insert(path.clone()) {
+            let file = NamedFile { path: &path, folder, trust, largest: LARGEST_LIBRARY };
+            let bytes = file.read().and_then(|bytes| {
+                let is_library = materials::is_library(&bytes);
+                if is_library {
+                    Ok(bytes)
+                } else {
+                    Err(Failure::at(&path, "is no material library: it has no `newmtl`"))
+                }
+            });
+            found.push(Library { path, bytes });
+        }
     };
     for argument in source.material_libraries() {
         let argument = String::from_utf8_lossy(argument);
         // The argument is one name that may contain blanks, or several names.
-        let whole = load(&argument);
-        let libraries =
-            if whole.bytes.is_some() { vec![whole] } else { argument.split_whitespace().map(load).collect() };
-        for library in libraries {
-            if found.iter().all(|known| known.path != library.path) {
-                found.push(library);
-            }
+        if folder.join(argument.replace('\\', "/")).exists() {
+            load(&argument);
+        } else {
+            argument.split_whitespace().for_each(&mut load);
         }
     }
     found
+}
+
+/// Sums up failures that do not stop the work, of which there may be as many as a file has lines: the first few, and a count.
+pub fn summary(failures: impl IntoIterator<Item = String>) -> Vec<String> {
+    const SHOWN: usize = 5;
+    let mut all: Vec<String> = failures.into_iter().collect();
+    if all.len() > SHOWN {
+        let more = all.len() - SHOWN;
+        all.truncate(SHOWN);
+        all.push(format!("{more} more files that are named cannot be used"));
+    }
+    all
 }

@@ -3,10 +3,13 @@
 //! bytes; and shows progress, handles Ctrl-C and reports failures on a terminal.
 
 pub mod bake_files;
+mod cleanup;
+pub mod compression;
 pub mod failure;
 pub mod info;
 pub mod input;
 pub mod map_files;
+pub mod mesh_output;
 pub mod method;
 pub mod output;
 pub mod terminal;

@@ -1,10 +1,11 @@
 //! The files of a displacement map that was baked before.
 
 use crate::failure::Failure;
-use crate::input;
+use crate::input::{self, LARGEST_MESH, LARGEST_PICTURE, NamedFile, Trust};
+use crate::text::shown;
 use planish_geometry::map::displace::{self, MeshError, ShaderVertex};
 use planish_geometry::map::displacement::Displacement;
-use planish_geometry::map::manifest::Manifest;
+use planish_geometry::map::manifest::{self, Manifest, Target, UvSource};
 use planish_geometry::source::Source;
 use std::path::{Path, PathBuf};
 
@@ -15,17 +16,82 @@ pub struct MapFiles {
     pub path: PathBuf,
     /// Content of the manifest.
     pub manifest: Manifest,
+    /// Rule on the files that the manifest names; the mesh that was baked may lie anywhere.
+    pub trust: Trust,
 }
 
 impl MapFiles {
     /// Reads the manifest, and none of the files that it names.
-    pub fn read(path: &Path) -> Result<Self, Failure> {
-        Ok(Self { path: path.to_owned(), manifest: input::manifest(path)? })
+    pub fn read(path: &Path, trust: Trust) -> Result<Self, Failure> {
+        Ok(Self { path: path.to_owned(), manifest: input::manifest(path)?, trust })
     }
 
     /// Path of a file that the manifest names; such names are relative to the manifest's folder.
     pub fn path_of(&self, name: &str) -> PathBuf {
-        self.path.parent().unwrap_or(Path::new("")).join(name)
+        input::folder_of(&self.path).join(name)
+    }
+
+    /// Paths of all files of the bundle and of the mesh that was baked, none of which an output may overwrite.
+    pub fn paths(&self) -> Vec<PathBuf> {
+        let named = self.manifest.file_names().into_iter().map(|name| self.path_of(name));
+        named.chain([self.path.clone(), self.source()]).collect()
+    }
+
+    /// Reads a file of the bundle. Fails if it is not the one that was written with the manifest.
+    pub fn bytes_of(&self, name: &str, largest: u64) -> Result<Vec<u8>, Failure> {
+        let path = self.path_of(name);
+        let bytes = self.named(&path, self.trust, largest).read()?;
+        match self.manifest.sha256_of(name) {
+            Some(sha256) if sha256 != manifest::sha256(&bytes) => Err(self.foreign(&path)),
+            _ => Ok(bytes),
+        }
+    }
+
+    /// Checks that every file of the bundle is there and was written with the manifest.
+    pub fn check_all(&self) -> Result<(), Failure> {
+        self.manifest.file_names().into_iter().try_for_each(|name| self.bytes_of(name, LARGEST_MESH).map(drop))
+    }
+
+    /// Reads the mesh that was baked, from `path` or, without it, from where the manifest says. A name in a manifest leads to a
+    /// plain file, which may lie outside of the folder, because a bundle lies beside its mesh.
+    pub fn source_mesh(&self, path: Option<&Path>) -> Result<Source, Failure> {
+        match path {
+            Some(path) => input::source(path, self.trust),
+            None => {
+                let path = self.source();
+                input::parse(self.named(&path, Trust::Anywhere, LARGEST_MESH).read()?, &path, self.trust)
+            }
+        }
+    }
+
+    /// Returns true if the mesh that was baked is still where the manifest says, byte for byte.
+    pub fn has_source(&self) -> bool {
+        let path = self.source();
+        let bytes = self.named(&path, Trust::Anywhere, LARGEST_MESH).read();
+        let identity = bytes.and_then(|bytes| input::identity(bytes, &path, self.trust));
+        identity.is_ok_and(|bytes| manifest::sha256(&bytes) == self.manifest.source.sha256)
+    }
+
+    /// Reads the mesh that carries the map.
+    pub fn carrier_mesh(&self) -> Result<Source, Failure> {
+        input::parse(self.bytes_of(&self.manifest.carrier.obj, LARGEST_MESH)?, &self.carrier(), self.trust)
+    }
+
+    /// Reads the mesh that other means denoised, which may lie anywhere, as the mesh that was baked may.
+    pub fn target_mesh(&self, target: &Target) -> Result<Source, Failure> {
+        let path = self.path_of(&target.file);
+        let bytes = self.named(&path, Trust::Anywhere, LARGEST_MESH).read()?;
+        let mesh = input::parse(bytes, &path, self.trust)?;
+        if manifest::sha256(&mesh.bytes()) == target.sha256 { Ok(mesh) } else { Err(self.foreign(&path)) }
+    }
+
+    fn named<'a>(&'a self, path: &'a Path, trust: Trust, largest: u64) -> NamedFile<'a> {
+        NamedFile { path, folder: input::folder_of(&self.path), trust, largest }
+    }
+
+    /// Makes the error of a file that is not the one of the manifest.
+    pub fn foreign(&self, path: &Path) -> Failure {
+        Failure::at(path, format!("is not the file that {} was made with, byte for byte", shown(&self.path)))
     }
 
     /// Path of the mesh that was baked.
@@ -38,6 +104,20 @@ impl MapFiles {
         self.path_of(&self.manifest.carrier.obj)
     }
 
+    /// Path of the mesh to displace for an output: the mesh that was baked if the output is in its format, so that the file keeps
+    /// all it has, and the carrier is not; else the carrier.
+    pub fn mesh_for(&self, output: &Path) -> PathBuf {
+        let (source, carrier, format) = (self.source(), self.carrier(), input::format_of(output));
+        let is_kept = format.is_some() && format == input::format_of(&source) && format != input::format_of(&carrier);
+        let needs_carrier = self.manifest.displacement.uvs != UvSource::Mesh;
+        if is_kept && !needs_carrier && self.has_source() { source } else { carrier }
+    }
+
+    /// Reads the mesh at a path that [`Self::mesh_for`] gave.
+    pub fn mesh_at(&self, path: &Path) -> Result<Source, Failure> {
+        if path == self.carrier() { self.carrier_mesh() } else { self.source_mesh(None) }
+    }
+
     /// Path of the image with the heights or vectors.
     pub fn image(&self) -> PathBuf {
         self.path_of(&self.manifest.displacement.file)
@@ -46,20 +126,20 @@ impl MapFiles {
     /// Reads and decodes the image.
     pub fn displacement(&self) -> Result<Displacement, Failure> {
         let (path, entry) = (self.image(), &self.manifest.displacement);
-        let bytes = input::read(&path)?;
+        let bytes = self.bytes_of(&entry.file, LARGEST_PICTURE)?;
         Displacement::decode(&bytes, entry.map, entry.size(), entry.encoding()).map_err(|e| Failure::at(&path, e))
     }
 
     /// Vertices of a mesh that was read from `path`, as the map displaces them: one for each `v` line (#v). Fails if the mesh is
     /// not, byte for byte, the one that was baked or its carrier.
     pub fn vertices(&self, mesh: &Source, path: &Path) -> Result<Vec<ShaderVertex>, Failure> {
-        let carrier = || input::obj(&self.carrier()).ok();
+        let carrier = || self.carrier_mesh().ok()?.into_obj();
         displace::baked_vertices(mesh, &self.manifest, &carrier).map_err(|e| self.explain(e, path))
     }
 
     /// Says why a mesh does not go with the manifest.
-    fn explain(&self, error: MeshError, mesh: &Path) -> Failure {
-        let (manifest, path) = (&self.manifest, self.path.display());
+    pub fn explain(&self, error: MeshError, mesh: &Path) -> Failure {
+        let (manifest, path) = (&self.manifest, shown(&self.path));
         match error {
             MeshError::Foreign => {
                 let reason = format!(
@@ -72,7 +152,7 @@ impl MapFiles {
                 let carrier = self.carrier();
                 let reason = format!(
                     "lacks the texture coordinates of the map, which the bake made; use the carrier {}",
-                    carrier.display()
+                    shown(&carrier)
                 );
                 Failure::at(mesh, reason)
             }
@@ -86,7 +166,7 @@ impl MapFiles {
                 let reason = format!("field `dominant_uv.seam_vertices`: the mesh has no vertex {v} or no `vt` {vt}");
                 Failure::at(&self.path, reason)
             }
-            e @ (MeshError::Normals(_) | MeshError::Atlas(_)) => Failure::at(mesh, e),
+            e @ (MeshError::Vertices { .. } | MeshError::Normals(_) | MeshError::Atlas(_)) => Failure::at(mesh, e),
         }
     }
 }

@@ -1,17 +1,36 @@
 //! Writes files whole or not at all: under a temporary name in the same folder first, then renamed.
 
+mod lock;
+mod place;
+
+use crate::cleanup;
+use crate::compression;
 use crate::failure::Failure;
 use crate::input::plain;
+use crate::terminal;
+use crate::text::shown;
+use lock::{Lock, Sharing};
+use place::{Place, Replaced};
+use std::collections::HashSet;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
+
+/// The files of an earlier bundle in a folder.
+#[derive(Debug, Default)]
+pub(crate) struct Earlier {
+    /// Names of files that may be replaced.
+    pub(crate) replaceable: HashSet<PathBuf>,
+    /// Paths of files that the new bundle does not have, and nobody has changed since.
+    pub(crate) obsolete: Vec<PathBuf>,
+}
 
 /// A folder for outputs. It is created if it is missing, and removed again if nothing was written to it.
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
     /// Topmost folder that was created, and has to be removed if nothing is written.
-    created: Option<PathBuf>,
+    created: Option<(PathBuf, cleanup::Entry)>,
 }
 
 impl Folder {
@@ -21,10 +40,10 @@ impl Folder {
             return Err(Failure::at(path, "is a file, and a folder is needed here"));
         }
         let missing = path.ancestors().take_while(|p| !p.as_os_str().is_empty() && !p.exists()).last();
-        let created = missing.map(Path::to_path_buf);
-        std::fs::create_dir_all(path).map_err(|e| Failure::at(path, format!("cannot be created: {}", plain(&e))))?;
+        let created = missing.map(|topmost| (topmost.to_path_buf(), cleanup::Entry::folder(path, topmost)));
         let folder = Self { path: path.to_path_buf(), created };
-        folder.temporary()?;
+        std::fs::create_dir_all(path).map_err(|e| refusal(path, "cannot be created", &e))?;
+        temporary(folder.path())?;
         Ok(folder)
     }
 
@@ -33,50 +52,149 @@ impl Folder {
         here_if_empty(&self.path)
     }
 
-    /// Creates an empty file with a temporary name in the folder.
-    fn temporary(&self) -> Result<NamedTempFile, Failure> {
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".planish-");
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt as _;
-            // These are the permissions of any new file, before the umask.
-            builder.permissions(std::fs::Permissions::from_mode(0o666));
-        }
-        let refused = |e| Failure::at(self.path(), format!("cannot be written to: {}", plain(&e)));
-        builder.tempfile_in(self.path()).map_err(refused)
-    }
-
-    /// Writes a file under a temporary name, ready to be renamed to `path`.
-    fn stage(&self, path: &Path, bytes: &[u8]) -> Result<NamedTempFile, Failure> {
-        if path.is_dir() {
-            return Err(Failure::at(path, "is a directory, and a file has to go there"));
-        }
-        let mut file = self.temporary()?;
-        file.write_all(bytes).and_then(|()| file.flush()).map_err(|e| refused(path, &e))?;
-        Ok(file)
-    }
-
-    /// Writes all files under temporary names, then renames them, and returns their paths.
+    /// Writes all files under temporary names, then renames them in their order, and returns their paths.
     pub fn write<'a>(mut self, files: impl IntoIterator<Item = (&'a Path, &'a [u8])>) -> Result<Vec<PathBuf>, Failure> {
-        let mut staged = Vec::new();
+        let _lock = Lock::acquire(self.path(), Sharing::Alone)?;
+        self.write_locked(files)
+    }
+
+    /// Writes the files of a bundle, the manifest last. `earlier` finds the files of an earlier bundle, once nobody else writes.
+    pub(crate) fn write_bundle<'a>(
+        mut self,
+        files: &[(&'a Path, &'a [u8])],
+        earlier: impl FnOnce() -> Earlier,
+    ) -> Result<Vec<PathBuf>, Failure> {
+        let mut lock = Lock::acquire(self.path(), Sharing::Alone)?;
+        let earlier = earlier();
         for (name, bytes) in files {
             let path = self.path.join(name);
-            staged.push((self.stage(&path, bytes)?, path));
+            let interrupted =
+                lock.as_ref().is_some_and(|lock| lock.interrupted().iter().any(|n| Path::new(n) == *name));
+            let is_same = || std::fs::read(&path).is_ok_and(|there| there == *bytes);
+            if path.symlink_metadata().is_ok()
+                && !path.is_dir()
+                && !interrupted
+                && !earlier.replaceable.contains(*name)
+                && !is_same()
+            {
+                let reason = "exists and is not a file of an earlier bake; remove it, or name another folder with -o";
+                return Err(Failure::at(&path, reason));
+            }
         }
-        let mut written = Vec::new();
-        for (file, path) in staged {
-            file.persist(&path).map_err(|e| refused(&path, &e.error))?;
+        if let Some(lock) = &mut lock {
+            lock.note(&files.iter().filter_map(|(name, _)| name.to_str()).collect::<Vec<_>>());
+        }
+        let written = self.write_locked(files.iter().copied())?;
+        if let Some(lock) = &mut lock {
+            lock.settle();
+        }
+        for path in earlier.obsolete {
+            let _ = std::fs::remove_file(path);
+        }
+        Ok(written)
+    }
+
+    fn write_locked<'a>(
+        &mut self,
+        files: impl IntoIterator<Item = (&'a Path, &'a [u8])>,
+    ) -> Result<Vec<PathBuf>, Failure> {
+        let (mut staged, mut written) = (Vec::new(), Vec::new());
+        for (name, bytes) in files {
+            let path = self.path.join(name);
+            staged.push(Staged::new(&path, bytes)?);
             written.push(path);
         }
+        cleanup::commit(|| staged.into_iter().try_for_each(Staged::persist))?;
+        sync_folder(self.path());
         self.created = None;
         Ok(written)
     }
 }
 
+/// Creates an empty file with a temporary name in a folder.
+fn temporary(folder: &Path) -> Result<NamedTempFile, Failure> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(lock::PREFIX);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt as _;
+        // These are the permissions of any new file, before the umask.
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(folder).map_err(|e| refusal(folder, "cannot be written to", &e))
+}
+
+/// A file under a temporary name, with its content on the disk, ready to be renamed.
+#[derive(Debug)]
+struct Staged {
+    file: NamedTempFile,
+    /// Path under which the file was asked for.
+    path: PathBuf,
+    /// Path that it is renamed to, behind all links.
+    target: PathBuf,
+    entry: cleanup::Entry,
+}
+
+impl Staged {
+    /// Writes a file that will replace the one that `path` leads to, and keeps its permissions.
+    fn new(path: &Path, bytes: &[u8]) -> Result<Self, Failure> {
+        let target = match Place::of(path).map_err(|e| unwritable(path, &e))? {
+            Place::File(target) => target,
+            Place::Stdout | Place::Device(_) => {
+                return Err(Failure::at(path, "is a device, and a file has to go there"));
+            }
+        };
+        let replaced = Replaced::at(&target)?;
+        let mut file = temporary(here_if_empty(target.parent().unwrap_or(Path::new(""))))?;
+        let entry = cleanup::Entry::file(file.path());
+        if let Some(replaced) = replaced {
+            // Before anything is written: what was private is so at any time.
+            let kept = file.as_file().set_permissions(replaced.permissions());
+            kept.map_err(|e| unwritable(path, &e))?;
+            replaced.keep_owner(file.as_file());
+        }
+        file.write_all(bytes).and_then(|()| file.flush()).map_err(|e| unwritable(path, &e))?;
+        // Otherwise a power cut could leave the new name with no content. Some file systems cannot, which is no failure.
+        match file.as_file().sync_all() {
+            Err(e) if is_full(&e) => return Err(unwritable(path, &e)),
+            _ => {}
+        }
+        Ok(Self { file, path: path.to_path_buf(), target, entry })
+    }
+
+    fn persist(self) -> Result<(), Failure> {
+        let Self { file, path, target, entry } = self;
+        file.persist(&target).map_err(|e| unwritable(&path, &e.error))?;
+        drop(entry);
+        Ok(())
+    }
+}
+
+/// Makes the names of new files lasting, where the file system can.
+fn sync_folder(folder: &Path) {
+    #[cfg(unix)]
+    if let Ok(folder) = std::fs::File::open(folder) {
+        let _ = folder.sync_all();
+    }
+    #[cfg(not(unix))]
+    let _ = folder;
+}
+
+/// Returns true if there is no space left, which is nobody's fault.
+fn is_full(e: &std::io::Error) -> bool {
+    use std::io::ErrorKind::{FileTooLarge, OutOfMemory, QuotaExceeded, StorageFull};
+    matches!(e.kind(), StorageFull | QuotaExceeded | FileTooLarge | OutOfMemory)
+}
+
+/// Makes the error of a place that refuses to be written: an error of the input where another place would help.
+fn refusal(path: &Path, what: &str, e: &std::io::Error) -> Failure {
+    let text = format!("{}: {what}: {}", shown(path), plain(e));
+    if is_full(e) { Failure::Internal(text) } else { Failure::Input(text) }
+}
+
 /// Makes the error of a file that cannot be written.
-fn refused(path: &Path, e: &std::io::Error) -> Failure {
-    Failure::at(path, format!("cannot be written: {}", plain(e)))
+fn unwritable(path: &Path, e: &std::io::Error) -> Failure {
+    refusal(path, "cannot be written", e)
 }
 
 /// Returns the working folder for an empty path: the parent of a file that is named without a folder.
@@ -86,13 +204,8 @@ fn here_if_empty(folder: &Path) -> &Path {
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        if let Some(created) = &self.created {
-            // Only empty folders are removed, innermost first: files that somebody else wrote meanwhile stay.
-            for folder in self.path.ancestors() {
-                if std::fs::remove_dir(folder).is_err() || folder == created {
-                    break;
-                }
-            }
+        if let Some((topmost, _)) = &self.created {
+            cleanup::remove_folders(&self.path, topmost);
         }
     }
 }
@@ -110,27 +223,47 @@ pub fn same_file(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
-/// A single output file.
+/// A single output: a file, a device, or standard output.
 #[derive(Debug)]
 pub struct Output {
     path: PathBuf,
-    /// Folder of the file; `None` for a pipe or a device such as /dev/stdout, which renaming would replace.
+    place: Place,
+    /// Folder of the file; `None` for other outputs.
     folder: Option<Folder>,
 }
 
 impl Output {
-    /// Checks before any work is done that the file can be written and is none of the inputs.
+    /// Checks before any work is done that the output can be written and is none of the inputs. `-` is standard output.
     pub fn open(path: &Path, inputs: &[&Path]) -> Result<Self, Failure> {
+        let place = Place::of(path).map_err(|e| unwritable(path, &e))?;
+        if place == Place::Stdout {
+            refuse_overwrite(Path::new("/dev/stdout"), inputs)?;
+            return Ok(Self { path: path.to_path_buf(), place, folder: None });
+        }
         if path.is_dir() {
             return Err(Failure::at(path, "is a directory; name a file"));
         }
         refuse_overwrite(path, inputs)?;
+        if compression::is_only_read(path) {
+            return Err(Failure::at(path, "xz files are read, but not written; use .gz"));
+        }
         if path.file_name().is_none() {
             return Err(Failure::at(path, "names no file"));
         }
-        let special = path.metadata().is_ok_and(|m| !m.is_file());
-        let folder = (!special).then(|| Folder::open(path.parent().unwrap_or(Path::new("")))).transpose()?;
-        Ok(Self { path: path.to_path_buf(), folder })
+        let folder = match &place {
+            Place::File(target) => {
+                let folder = Folder::open(target.parent().unwrap_or(Path::new("")))?;
+                Replaced::at(target)?;
+                Some(folder)
+            }
+            Place::Stdout | Place::Device(_) => None,
+        };
+        Ok(Self { path: path.to_path_buf(), place, folder })
+    }
+
+    /// Returns true if this is standard output, to which nothing else should go.
+    pub fn is_stdout(&self) -> bool {
+        self.place == Place::Stdout
     }
 
     /// Writes the file and returns its path.
@@ -141,20 +274,31 @@ impl Output {
     }
 }
 
-/// Writes files in any folders under temporary names, then renames all of them.
+/// Writes files in any folders under temporary names, then renames all of them, and writes to devices and standard output last.
 pub fn write_all(files: Vec<(Output, Vec<u8>)>) -> Result<(), Failure> {
-    let mut staged = Vec::new();
+    let (mut staged, mut locks) = (Vec::new(), Vec::new());
     for (output, bytes) in &files {
-        staged.push(output.folder.as_ref().map(|folder| folder.stage(&output.path, bytes)).transpose()?);
+        if let Some(folder) = &output.folder {
+            locks.push(Lock::acquire(folder.path(), Sharing::Together)?);
+            staged.push(Staged::new(&output.path, bytes)?);
+        }
     }
-    for ((output, bytes), staged) in files.into_iter().zip(staged) {
-        let Output { path, folder } = output;
-        let done = match staged {
-            Some(file) => file.persist(&path).map(drop).map_err(|e| e.error),
-            None => std::fs::OpenOptions::new().write(true).open(&path).and_then(|mut f| f.write_all(&bytes)),
-        };
-        done.map_err(|e| refused(&path, &e))?;
+    if !staged.is_empty() {
+        cleanup::commit(|| staged.into_iter().try_for_each(Staged::persist))?;
+    }
+    drop(locks);
+    for (output, bytes) in files {
+        let Output { path, place, folder } = output;
+        match place {
+            Place::File(_) => {}
+            Place::Stdout => terminal::print(&bytes)?,
+            Place::Device(target) => {
+                let done = place::open_device(&target).and_then(|mut device| device.write_all(&bytes));
+                done.map_err(|e| unwritable(&path, &e))?;
+            }
+        }
         if let Some(mut folder) = folder {
+            sync_folder(folder.path());
             folder.created = None;
         }
     }

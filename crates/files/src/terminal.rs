@@ -1,16 +1,28 @@
 //! The terminal that a program runs in: a progress bar, warnings and errors on standard error, results on standard output,
 //! and Ctrl-C.
 
+use crate::cleanup;
 use crate::failure::Failure;
+use crate::input::plain;
+use crate::text::{escaped, shown};
 use indicatif::{ProgressBar, ProgressStyle};
 use planish_geometry::progress::Progress;
 use std::io::{IsTerminal as _, Write as _};
+use std::path::Path;
 use std::process::ExitCode;
-use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, Once};
+use std::time::Duration;
 
 /// True after Ctrl-C. It is global because a process has one handler for Ctrl-C.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+/// True once a report is being printed, so that the work is about to end by itself.
+static REPORTING: AtomicBool = AtomicBool::new(false);
+
+/// Time that work has after Ctrl-C to hear of it and to end.
+const PATIENCE: Duration = Duration::from_millis(400);
+/// Further time for a report that is being printed.
+const PATIENCE_FOR_REPORT: Duration = Duration::from_secs(2);
 
 /// Whether a progress bar is shown. If standard error is not a terminal, there is none in either case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,8 +68,69 @@ impl Drop for Terminal {
     }
 }
 
+/// File that is being worked on, and the stage of the work, for a program that runs out of memory.
+static WORK: Mutex<(String, &'static str)> = Mutex::new((String::new(), "reading"));
+
+/// Notes the file that is being worked on.
+pub(crate) fn work_on(path: &Path) {
+    if let Ok(mut work) = WORK.lock() {
+        work.0 = shown(path);
+    }
+}
+
+/// Bytes that are kept for the last words of a program that has run out of memory.
+static RESERVE: Mutex<Vec<u8>> = Mutex::new(Vec::new());
+
+/// Ends the program in order when memory is exhausted: one line that names file and stage, exit code 1, and nothing left behind.
+/// Works in programs that have [`planish_memory::WatchedAllocator`].
+pub fn watch_memory() {
+    if let Ok(mut reserve) = RESERVE.lock() {
+        reserve.resize(1 << 18, 1);
+    }
+    planish_memory::on_exhaustion(|bytes| {
+        // Whoever holds one of these is in the middle of an allocation, and cannot be waited for.
+        if let Ok(mut reserve) = RESERVE.try_lock() {
+            *reserve = Vec::new();
+        }
+        let (file, stage) = WORK.try_lock().map(|work| work.clone()).unwrap_or_default();
+        let place = if file.is_empty() { String::new() } else { format!("{file}: ") };
+        let during = if stage.is_empty() { String::new() } else { format!(" while {stage}") };
+        let text = format!("{place}out of memory{during} ({bytes} bytes more were needed); nothing was written");
+        cleanup::give_up_now(|| {
+            say("error", &text);
+            std::process::exit(1);
+        });
+    });
+}
+
+/// Largest number of threads. More would cost memory and gain nothing.
+const MOST_THREADS: usize = 256;
+
+/// Does work with as many threads as the processor has, or as RAYON_NUM_THREADS says, or as the system allows: a limit on threads
+/// or memory makes the work slower, and results are the same.
+pub fn with_threads<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    let asked = std::env::var("RAYON_NUM_THREADS").ok().and_then(|count| count.parse().ok()).filter(|count| *count > 0);
+    let available = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let mut count = asked.unwrap_or_else(available).min(MOST_THREADS);
+    loop {
+        match rayon::ThreadPoolBuilder::new().num_threads(count).build() {
+            Ok(pool) => return pool.install(work),
+            Err(_) if count > 1 => count /= 2,
+            Err(_) => break,
+        }
+    }
+    // Not even one: this thread does everything.
+    match rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build() {
+        Ok(pool) => pool.install(work),
+        Err(_) => work(),
+    }
+}
+
 impl Progress for Terminal {
     fn stage(&self, name: &'static str) {
+        if let Ok(mut work) = WORK.lock() {
+            work.1 = name;
+        }
         self.bar.set_position(0);
         self.bar.set_message(name);
     }
@@ -65,7 +138,7 @@ impl Progress for Terminal {
         self.bar.set_position((share * 1000.0) as u64);
     }
     fn cancelled(&self) -> bool {
-        INTERRUPTED.load(Ordering::Relaxed)
+        is_interrupted()
     }
 }
 
@@ -75,19 +148,59 @@ fn take_over_interrupts() {
     HANDLER.call_once(|| {
         let interrupt = || {
             if INTERRUPTED.swap(true, Ordering::Relaxed) {
-                // The second Ctrl-C ends the program at once. Nothing is half written, because files appear by renaming.
-                std::process::exit(1);
+                // The second Ctrl-C ends the program at once, but for files that are being renamed.
+                cleanup::give_up(|| std::process::exit(1));
             }
+            // Some work cannot ask, such as reading from a pipe; it does not have to.
+            std::thread::spawn(|| {
+                std::thread::sleep(PATIENCE);
+                if cleanup::has_committed() || REPORTING.load(Ordering::Relaxed) {
+                    // Only the report is missing.
+                    std::thread::sleep(PATIENCE_FOR_REPORT);
+                    std::process::exit(1);
+                }
+                cleanup::give_up(|| {
+                    if !cleanup::has_committed() {
+                        say("error", &Failure::Interrupted);
+                    }
+                    std::process::exit(1);
+                });
+            });
         };
         // Without a handler Ctrl-C ends the program at once, which is fine as well.
         let _ = ctrlc::set_handler(interrupt);
     });
 }
 
-/// Writes to standard output. A closed pipe is not an error.
-pub fn print(bytes: &[u8]) {
+/// Returns a failure if Ctrl-C was pressed, for work that has no [`Progress`].
+pub(crate) fn check_interrupt() -> Result<(), Failure> {
+    if is_interrupted() { Err(Failure::Interrupted) } else { Ok(()) }
+}
+
+fn is_interrupted() -> bool {
+    INTERRUPTED.load(Ordering::Relaxed)
+}
+
+/// Writes to standard output. A closed pipe is not an error: the reader has seen enough.
+pub fn print(bytes: &[u8]) -> Result<(), Failure> {
+    REPORTING.store(true, Ordering::Relaxed);
     let mut out = std::io::stdout().lock();
-    let _ = out.write_all(bytes).and_then(|()| out.flush());
+    match out.write_all(bytes).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Failure::Internal(format!("standard output cannot be written: {}", plain(&e))))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Writes text for people to standard output; control characters in it are escaped, but for line ends and tabs.
+pub fn print_text(text: &str) -> Result<(), Failure> {
+    print(escaped(text, &['\n', '\t']).as_bytes())
+}
+
+/// Writes text for people to standard error, because standard output has a result.
+pub fn print_text_aside(text: &str) {
+    let _ = std::io::stderr().write_all(escaped(text, &['\n', '\t']).as_bytes());
 }
 
 /// Ends a program: says on standard error why it failed, and returns the exit code.
@@ -101,7 +214,9 @@ pub fn conclude(outcome: Result<(), Failure>) -> ExitCode {
     }
 }
 
-/// Writes a line to standard error. Errors are ignored: the exit code still tells what happened.
+/// Writes a line to standard error, and it is one line whatever names are in it. Errors are ignored: the exit code still tells
+/// what happened.
 fn say(kind: &str, text: &dyn std::fmt::Display) {
-    let _ = writeln!(std::io::stderr(), "{kind}: {text}");
+    let line = format!("{kind}: {}\n", escaped(&text.to_string(), &[]));
+    let _ = std::io::stderr().write_all(line.as_bytes());
 }

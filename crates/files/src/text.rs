@@ -5,6 +5,37 @@ use planish_geometry::denoise::limits::Outcome;
 use planish_geometry::map::manifest::Report;
 use planish_geometry::source::model::NormalSource;
 
+/// Returns a path as text in one line, for messages and reports: control characters are escaped, so that a name can neither
+/// begin a new line nor send commands to a terminal.
+pub fn shown(path: &std::path::Path) -> String {
+    if path.as_os_str().is_empty() {
+        return "\"\"".to_owned();
+    }
+    escaped(&path.to_string_lossy(), &[])
+}
+
+/// Returns text as one line, with control characters escaped: a name in a report for people.
+pub fn one_line(text: &str) -> String {
+    escaped(text, &[])
+}
+
+/// Escapes control characters, and those that change the direction of text, but for those in `kept`.
+pub fn escaped(text: &str, kept: &[char]) -> String {
+    let is_harmful = |c: char| {
+        c.is_control()
+            || matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{2028}' | '\u{2029}')
+    };
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        if is_harmful(c) && !kept.contains(&c) {
+            out.extend(c.escape_debug());
+        } else {
+            out.push(c);
+        }
+    }
+    out
+}
+
 /// Formats a length, area or volume with six significant digits, whatever the unit of the model.
 pub fn measure(x: f64) -> String {
     if x == 0.0 {

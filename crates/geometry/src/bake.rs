@@ -43,14 +43,16 @@ pub use layout::{Fallback, LayoutChoice};
 pub use settings::{BakeSettings, Carriers, Lambda, LargestSide, Quanta};
 pub use target::{BakeTarget, VertexDisplacements};
 
-use crate::map::displace::DisplacementDirections;
+use crate::map::displace::{self, DisplacementDirections};
 use crate::map::displacement::MapKind;
 use crate::map::manifest::Manifest;
 use crate::map::map_size::MapSizeChoice;
 use crate::mesh::atlas::{Atlas, AtlasError};
+use crate::mesh::jagged::Index;
 use crate::progress::Progress;
 use crate::source::model::Model;
 use draft::Draft;
+use glam::DVec3;
 
 /// Files beside a mesh that its materials need.
 #[derive(Clone, Copy)]
@@ -61,11 +63,14 @@ pub struct SideFiles<'a> {
     pub relocate: &'a (dyn Fn(&str) -> String + Sync),
     /// Function that gives the bytes of a texture by its path in the libraries; `None` if there is no such file.
     pub texture: &'a (dyn Fn(&str) -> Option<Vec<u8>> + Sync),
+    /// Textures from within the mesh file, which become files beside the carrier, each with another name.
+    pub within: &'a [BundleFile],
 }
 
 impl SideFiles<'_> {
     /// Side files of a mesh without materials.
-    pub const NONE: SideFiles<'static> = SideFiles { libraries: &[], relocate: &str::to_owned, texture: &|_| None };
+    pub const NONE: SideFiles<'static> =
+        SideFiles { libraries: &[], relocate: &str::to_owned, texture: &|_| None, within: &[] };
 }
 
 /// Names of the files of a bundle.
@@ -148,6 +153,12 @@ pub fn bake(
     if !unwraps {
         // A missing layout is reported before the time for denoising is spent.
         request.atlas()?;
+    }
+    let origin = displace::origin(model.surface().bounds());
+    let topology = model.surface().topology();
+    let too_far = |(v, p): &(Index, &DVec3)| !topology.is_isolated(*v) && !(**p - origin).as_vec3().is_finite();
+    if let Some((v, _)) = (0..).zip(model.surface().positions()).find(too_far) {
+        return Err(BakeError::TooFar { source_vertex: model.weld().first()[v as usize] });
     }
     let displacements = settings.target.displacements(model, settings.map, settings.normals, progress)?;
     if displacements.deltas.iter().any(|delta| !delta.as_vec3().is_finite()) {

@@ -40,6 +40,9 @@ pub enum CompareError {
     /// The triangle with this index joins other vertices than in the clean mesh.
     #[error("triangle {0} joins other vertices than in the clean mesh")]
     Connectivity(usize),
+    /// No face of the clean mesh has an area in double precision, or coordinates are so large that measures are not finite.
+    #[error("cannot be measured: the faces of the clean mesh have no area, or coordinates are too large or too small")]
+    NotMeasurable,
 }
 
 /// Errors of a mesh; its field names in JSON are the column names of the table.
@@ -119,11 +122,11 @@ pub fn compare(clean: &Triangles, result: &Triangles) -> Result<Comparison, Comp
     let normals = NormalErrors::of(&clean_faces, &result_faces, mean_area);
     let distances = DistanceErrors::of(clean, result, &clean_faces);
     let mean_edge = edges.mean(&clean.positions);
-    let diagonal = diagonal(&clean.positions);
+    let diagonal = diagonal(clean);
     let volume = || 100.0 * (volume(&result.positions, faces) / volume(&clean.positions, faces) - 1.0);
     let is_new_sliver = |f: &usize| result_faces.is_sliver(*f, mean_area) && !clean_faces.is_sliver(*f, mean_area);
     let is_new_fold = |pair: &&[usize; 2]| result_faces.is_fold(**pair) && !clean_faces.is_fold(**pair);
-    Ok(Comparison {
+    let comparison = Comparison {
         vertices: clean.positions.len(),
         faces: faces.len(),
         closed: edges.closed,
@@ -147,7 +150,18 @@ pub fn compare(clean: &Triangles, result: &Triangles) -> Result<Comparison, Comp
         fold_edges: edges.pairs.iter().filter(is_new_fold).count(),
         mean_edge,
         bbox_diag: diagonal,
-    })
+    };
+    if comparison.is_finite() { Ok(comparison) } else { Err(CompareError::NotMeasurable) }
+}
+
+impl Comparison {
+    /// Returns true if all measures are finite.
+    fn is_finite(&self) -> bool {
+        let angles = [self.ea, self.ea_area, self.ea_median, self.ea_rms, self.ea_p95, self.off5_pct, self.off15_pct];
+        let distances = [self.d_mean, self.d_max, self.d_rms, self.drev_mean, self.drev_max, self.vertex_mean, self.ev];
+        let others = [self.vol_change_pct.unwrap_or(0.0), self.mean_edge, self.bbox_diag];
+        angles.into_iter().chain(distances).chain(others).all(f64::is_finite)
+    }
 }
 
 /// Angles between the normals of corresponding faces, over the faces that have an area in the clean mesh.
@@ -213,15 +227,17 @@ impl DistanceErrors {
     }
 }
 
-/// Diagonal of the bounding box of the positions.
-fn diagonal(positions: &[DVec3]) -> f64 {
+/// Diagonal of the bounding box of the vertices that triangles use.
+fn diagonal(mesh: &Triangles) -> f64 {
     let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let (low, high) = positions.iter().fold(start, |(low, high), p| (low.min(*p), high.max(*p)));
+    let used = mesh.triangles.as_flattened().iter().map(|&v| mesh.positions[v as usize]);
+    let (low, high) = used.fold(start, |(low, high), p| (low.min(p), high.max(p)));
     low.distance(high)
 }
 
+/// Signed volume about a vertex of the first face, so that only vertices that faces use take part.
 fn volume(positions: &[DVec3], faces: &[[Index; 3]]) -> f64 {
-    let centre = positions.iter().sum::<DVec3>() / positions.len() as f64;
+    let centre = faces.first().map_or(DVec3::ZERO, |face| positions[face[0] as usize]);
     let corners = faces.iter().map(|t| t.map(|v| positions[v as usize] - centre));
     corners.map(|[a, b, c]| a.dot(b.cross(c))).sum::<f64>() / 6.0
 }

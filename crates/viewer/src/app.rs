@@ -24,6 +24,7 @@ use jobs::{Slot, Status, Wake};
 use measurement::{Clean, Measured};
 use planish_files::bake_files;
 use planish_files::failure::Failure;
+use planish_files::input::Trust;
 use planish_files::output::Folder;
 use planish_render::settings::Settings;
 use results::{Loaded, Saved};
@@ -60,6 +61,8 @@ pub struct App {
     pub rebake: Rebake,
     /// State that is kept from one start to the next.
     pub window_state: WindowState,
+    /// Rule on the files that a mesh or a manifest names.
+    pub trust: Trust,
     document: Option<Arc<Document>>,
     map: Option<Arc<Map>>,
     clean: Option<Arc<Clean>>,
@@ -117,6 +120,7 @@ impl App {
             choices,
             rebake: Rebake::default(),
             window_state,
+            trust: Trust::default(),
             document: None,
             map: None,
             clean: None,
@@ -191,17 +195,17 @@ impl App {
 
     /// Opens a mesh, a manifest or a map. What is open stays until that is read.
     pub fn open(&mut self, path: &Path) {
-        let path = path.to_owned();
+        let (path, trust) = (path.to_owned(), self.trust);
         self.loading.start(move |ticket| {
-            let (document, map) = document::load(&path, ticket)?;
+            let (document, map) = document::load(&path, trust, ticket)?;
             Ok(Loaded::Document(path, Box::new(document), map.map(Box::new)))
         });
     }
 
     /// Reads a clean mesh to compare with.
     pub fn compare_with(&mut self, path: &Path) {
-        let path = path.to_owned();
-        self.loading.start(move |ticket| Ok(Loaded::Clean(Clean::read(&path, ticket)?)));
+        let (path, trust) = (path.to_owned(), self.trust);
+        self.loading.start(move |ticket| Ok(Loaded::Clean(Clean::read(&path, trust, ticket)?)));
     }
 
     /// Stops comparing with the clean mesh.

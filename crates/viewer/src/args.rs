@@ -2,6 +2,7 @@
 
 use clap::{Parser, ValueEnum};
 use planish_files::failure::Failure;
+use planish_files::input::Trust;
 use planish_geometry::metrics::Heat;
 use planish_render::gpu::Backend;
 use planish_render::settings::environment::Source;
@@ -19,7 +20,7 @@ use std::path::{Path, PathBuf};
 #[command(name = "planish-viewer", version)]
 pub(crate) struct Args {
     /// Mesh to show, or the manifest of a map with its mesh.
-    #[arg(value_name = "IN.obj|MAP.planish.json")]
+    #[arg(value_name = "MESH|MAP.planish.json")]
     pub(crate) input: Option<PathBuf>,
 
     /// The mesh's map; without one it is baked with the defaults.
@@ -94,6 +95,10 @@ pub(crate) struct Args {
     #[arg(long, value_name = "WxH")]
     size: Option<Size>,
 
+    /// Read files from anywhere if the mesh or the manifest names them; else only from its folder and those below.
+    #[arg(long)]
+    trust: bool,
+
     /// Shading of the surface.
     #[arg(long, value_name = "MODE")]
     pub(crate) shading: Option<Shading>,
@@ -162,7 +167,13 @@ impl Args {
             texture: self.texture.clone(),
             normal_map: self.normal_map.clone(),
             scalars: self.scalars.clone(),
+            trust: self.trust(),
         })
+    }
+
+    /// Rule on the files that a mesh or a manifest names.
+    pub(crate) fn trust(&self) -> Trust {
+        if self.trust { Trust::Anywhere } else { Trust::Folder }
     }
 
     /// Files that are read, so that none is written over.

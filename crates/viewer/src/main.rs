@@ -5,8 +5,15 @@ mod run;
 mod timings;
 
 use clap::Parser;
+use planish_files::terminal;
+use planish_memory::WatchedAllocator;
 use std::process::ExitCode;
 
+#[global_allocator]
+static ALLOCATOR: WatchedAllocator = WatchedAllocator;
+
 fn main() -> ExitCode {
-    planish_files::terminal::conclude(run::run(&args::Args::parse()))
+    let args = args::Args::parse();
+    terminal::watch_memory();
+    terminal::conclude(run::run(&args))
 }

@@ -7,7 +7,7 @@ use crate::image_file;
 use image::DynamicImage;
 use planish_files::bake_files::{self, Baked, Job};
 use planish_files::failure::Failure;
-use planish_files::input;
+use planish_files::input::{self, LARGEST_PICTURE, Trust};
 use planish_files::map_files::MapFiles;
 use planish_geometry::bake::{BakeSettings, Bundle};
 use planish_geometry::map::displace::{self, ShaderVertex};
@@ -40,6 +40,8 @@ pub struct Files {
     pub normal_map: Option<PathBuf>,
     /// A number for each `v` line.
     pub scalars: Option<PathBuf>,
+    /// Rule on the files that these name.
+    pub trust: Trust,
 }
 
 /// Model and scene that were read, and what was baked for them.
@@ -72,11 +74,15 @@ pub struct OpenedMap {
 /// write to a folder beside the mesh.
 pub fn open(files: &Files, settings: &Settings, progress: &dyn Progress) -> Result<Opened, Failure> {
     progress.stage("reading");
-    let map_files = files.map.as_deref().map(MapFiles::read).transpose()?;
+    let map_files = files.map.as_deref().map(|path| MapFiles::read(path, files.trust)).transpose()?;
     let mesh = files.mesh.clone().or_else(|| map_files.as_ref().map(MapFiles::carrier));
     let mesh = mesh.ok_or_else(|| Failure::Input("no mesh is named".to_owned()))?;
     let welding = map_files.as_ref().map_or(Welding::Exact, |map| map.manifest.welding);
-    let model = input::model(&mesh, welding, progress)?;
+    let model = match &map_files {
+        // A mesh that the manifest names is read by the rule.
+        Some(map) if files.mesh.is_none() => input::weld(map.carrier_mesh()?, &mesh, welding, progress)?,
+        _ => input::model(&mesh, welding, files.trust, progress)?,
+    };
     let scalars = files.scalars.as_deref().map(input::numbers).transpose()?;
     // Only the count of numbers can be wrong: the model's own indices are in range.
     let blamed = files.scalars.as_deref().unwrap_or(&mesh);
@@ -84,7 +90,7 @@ pub fn open(files: &Files, settings: &Settings, progress: &dyn Progress) -> Resu
     let mut warnings = Vec::new();
     scene.textures = match &files.texture {
         Some(path) => Textures::one(picture(path, Content::Colour)?),
-        None => materials::textures(&mesh, &model, &mut warnings),
+        None => materials::textures(&mesh, &model, files.trust, &mut warnings),
     };
     let mut baked = None;
     let map = match (&files.heights, map_files) {
@@ -97,7 +103,7 @@ pub fn open(files: &Files, settings: &Settings, progress: &dyn Progress) -> Resu
         (None, Some(map)) => Some(read_map(&mut scene, &model, &mesh, map)?),
         (None, None) if needs_map(settings) => {
             let folder = bake_files::folder_beside(&mesh)?;
-            let job = Job { input: &mesh, model: &model, folder: &folder, protected: &[] };
+            let job = Job { input: &mesh, model: &model, folder: &folder, protected: &[], trust: files.trust };
             let (map, files) = bake_map(&mut scene, &job, &BakeSettings::default(), progress)?;
             baked = Some(files);
             Some(map)
@@ -125,7 +131,7 @@ fn read_map(scene: &mut Scene, model: &Model, mesh: &Path, files: MapFiles) -> R
     scene.displacement = Some(model_input::bind_map(model, scene, files.displacement()?, &vertices));
     if let Some(entry) = &files.manifest.normal_map {
         let path = files.path_of(&entry.file);
-        scene.normal_map = Some(normal_map(&input::read(&path)?, entry, &path)?);
+        scene.normal_map = Some(normal_map(&files.bytes_of(&entry.file, LARGEST_PICTURE)?, entry, &path)?);
     }
     Ok(OpenedMap { manifest: files.manifest, vertices })
 }

@@ -37,9 +37,13 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         None if let Some(option) = args.only_for_pictures() => {
             usage(&format!("{option} goes with --headless OUT.png; the window opens what it is given"))
         }
-        None => {
-            window::run(Options { open: args.input.clone(), backend: args.backend, settings, log: args.log.clone() })
-        }
+        None => window::run(Options {
+            open: args.input.clone(),
+            trust: args.trust(),
+            backend: args.backend,
+            settings,
+            log: args.log.clone(),
+        }),
     }
 }
 
@@ -68,7 +72,7 @@ fn scene(args: &Args, mut settings: Settings, terminal: &Terminal) -> Result<(Sc
         settings.shading = Shading::Texture;
     }
     if let Some(path) = &args.clean {
-        let clean = Triangles::from(input::source(path)?.data());
+        let clean = Triangles::from(input::source(path, args.trust())?.data());
         let errors = vertex_error::errors(&model, &scene, &settings.displace, &clean, args.error.into());
         let errors = errors.map_err(|e| Failure::at(path, e))?;
         if args.settings.is_none() {
@@ -134,6 +138,5 @@ fn timings(args: &Args, settings: Settings, begun: Instant) -> Result<(), Failur
     terminal.check()?;
     let text = serde_json::to_string_pretty(&timings).map_err(Failure::internal)?;
     terminal.clear();
-    terminal::print(format!("{text}\n").as_bytes());
-    Ok(())
+    terminal::print(format!("{text}\n").as_bytes())
 }

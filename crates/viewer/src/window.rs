@@ -18,6 +18,7 @@ use crate::app::{App, Gesture, MessageKind, capture, document};
 use dialog::FilePurpose;
 use log::Log;
 use planish_files::failure::Failure;
+use planish_files::input::Trust;
 use planish_render::gpu::{Backend, NoGpu};
 use planish_render::settings::{Settings, Shading};
 use std::fmt::Display;
@@ -43,6 +44,8 @@ fn no_window(reason: impl Display) -> Failure {
 pub struct Options {
     /// File to open first.
     pub open: Option<PathBuf>,
+    /// Rule on the files that a mesh or a manifest names.
+    pub trust: Trust,
     /// Backend that draws.
     pub backend: Backend,
     /// Settings of the view at the start.
@@ -92,6 +95,7 @@ impl WindowApp {
         let window_state = window_state::path().map(|path| WindowState::load(&path)).unwrap_or_default();
         let mut app = App::new(&wake(&proxy), window_state);
         app.choices.view = options.settings.clone();
+        app.trust = options.trust;
         let ui_state = UiState { panel_hidden: app.window_state.panel_hidden, ..UiState::default() };
         Ok(Self { options, app, ui_state, log, proxy, open: None, failed: None })
     }

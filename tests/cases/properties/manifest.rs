@@ -7,7 +7,7 @@ use planish_geometry::bake::BakeSettings;
 use planish_geometry::denoise::{Boundary, Denoiser, EdgeWeights, Laplacian};
 use planish_geometry::map::Interpolation;
 use planish_geometry::map::displacement::TexelFormat;
-use planish_geometry::map::manifest::{LARGEST_SIDE, Manifest, Method, Target};
+use planish_geometry::map::manifest::{FileEntry, LARGEST_SIDE, Manifest, Method, Target};
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::source::model::NormalSource;
 use proptest::collection::vec;
@@ -72,6 +72,8 @@ proptest! {
         dominant_uv.rule = name.next().expect("there are six");
         dominant_uv.seam_vertices = pairs;
         (manifest.method, manifest.welding, manifest.normals) = (method, welding, normals.into());
+        let entry = |file: &str| FileEntry { file: file.to_owned(), sha256: file.to_owned() };
+        manifest.files = manifest.file_names().into_iter().map(entry).collect();
         let json = manifest.to_json();
         let read = Manifest::from_json(json.as_bytes());
         prop_assert_eq!(read.as_ref(), Ok(&manifest), "{}", json);

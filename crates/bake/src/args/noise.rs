@@ -1,7 +1,7 @@
 //! Options of `planish noise`, and the kinds of noise that `planish bench-quality` makes.
 
-use super::WeldArgs;
 use super::values::{above_zero, in_unit_interval, named, not_negative, number, numbers};
+use super::{TrustArgs, WeldArgs};
 use crate::failure::Failure;
 use clap::Args;
 use glam::DVec3;
@@ -14,10 +14,10 @@ const LONGEST_CORRELATION: f64 = 100.0;
 #[derive(Args, Debug)]
 pub(crate) struct NoiseArgs {
     /// The clean mesh
-    #[arg(value_name = "CLEAN.obj")]
+    #[arg(value_name = "CLEAN")]
     pub(crate) input: PathBuf,
-    /// Output file for the noisy mesh
-    #[arg(short, long, value_name = "NOISY.obj")]
+    /// Output file for the noisy mesh; `-` for stdout
+    #[arg(short, long, value_name = "NOISY.obj|-")]
     pub(crate) output: PathBuf,
     /// Output file for the clean counterpart of the noisy mesh, for kinds that make a mesh with vertices of its own
     #[arg(long, value_name = "CLEAN-OUT.obj")]
@@ -36,6 +36,8 @@ pub(crate) struct NoiseArgs {
     seed: u64,
     #[command(flatten)]
     pub(crate) welding: WeldArgs,
+    #[command(flatten)]
+    pub(crate) trust: TrustArgs,
 }
 
 /// Settings of the kinds of noise.

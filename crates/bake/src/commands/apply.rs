@@ -1,12 +1,13 @@
 //! The command `planish apply`.
 
-use super::measure;
+use super::{measure, one_line};
 use crate::args::ApplyArgs;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::input;
 use crate::output::Output;
 use planish_files::map_files::MapFiles;
+use planish_files::mesh_output;
 use planish_geometry::map::displace;
 use planish_geometry::progress::Progress as _;
 use serde::Serialize;
@@ -20,41 +21,60 @@ struct Applied {
     lambda: f64,
     vertices: usize,
     max_displacement: f64,
+    /// Largest distance between a displaced position and the one that the file holds, model units.
+    rounding: f64,
+    /// What the mesh has and the output does not.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    lost: Vec<String>,
 }
 
 pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
     console.stage("reading");
-    let files = MapFiles::read(&args.manifest)?;
+    let files = MapFiles::read(&args.manifest, args.trust.rule())?;
     let entry = &files.manifest.displacement;
-    let mesh: PathBuf = args.mesh.clone().unwrap_or_else(|| files.carrier());
-    let output = Output::open(&args.output, &[&args.manifest, &mesh, &files.image()])?;
+    let mesh: PathBuf = args.mesh.clone().unwrap_or_else(|| files.mesh_for(&args.output));
+    // Not a file of the bundle either, even one that is not read now.
+    let inputs: Vec<PathBuf> = files.paths().into_iter().chain([mesh.clone()]).collect();
+    let output = Output::open(&args.output, &inputs.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
+    console.reserve_stdout([&output])?;
 
     let map = files.displacement()?;
-    let source = input::source(&mesh)?;
+    let source = match &args.mesh {
+        Some(mesh) => input::source(mesh, args.trust.rule())?,
+        None => files.mesh_at(&mesh)?,
+    };
     console.check()?;
     console.stage("displacing");
     let vertices = files.vertices(&source, &mesh)?;
     let lambda = args.lambda.unwrap_or(entry.lambda);
     let displaced = displace::displaced(&vertices, &map, lambda as f32, entry.origin);
+    if let Some(v) = displaced.iter().position(|p| !p.is_finite()) {
+        let place = input::vertex_place(&source, v as u32);
+        return Err(Failure::at(&mesh, format!("{place}the map displaces this vertex to infinity")));
+    }
     let moved = source.data().positions().iter().zip(&displaced).map(|(p, q)| p.distance(*q));
     let max_displacement = moved.fold(0.0, f64::max);
     console.stage("writing");
-    let bytes = source.with_positions(&displaced, None).map_err(|e| Failure::at(&mesh, e))?;
+    let file = mesh_output::write(&args.output, &source, &displaced, None)?;
     console.check()?;
-    let written = output.write(&bytes)?;
+    let written = output.write(&file.bytes)?;
+    mesh_output::warnings(&args.output, &mesh, &source, &file, f64::INFINITY).iter().for_each(|w| console.warn(w));
     let report = Applied {
         output: written.display().to_string(),
         mesh: mesh.display().to_string(),
         lambda,
         vertices: displaced.len(),
         max_displacement,
+        rounding: file.rounding,
+        lost: file.lost,
     };
     console.report(&report, || {
-        let Applied { output, mesh, lambda, vertices, max_displacement } = &report;
+        let Applied { output, mesh, lambda, vertices, max_displacement, .. } = &report;
         format!(
-            "wrote {output}\n  {vertices} vertices of {mesh} displaced with λ = {lambda}, by {} at most\n",
+            "wrote {}\n  {vertices} vertices of {} displaced with λ = {lambda}, by {} at most\n",
+            one_line(output),
+            one_line(mesh),
             measure(*max_displacement)
         )
-    });
-    Ok(())
+    })
 }

@@ -1,6 +1,6 @@
 //! The command `planish bake`.
 
-use super::{count, measure};
+use super::{count, measure, one_line};
 use crate::args::{BakeArgs, MapArg, SpaceArg};
 use crate::console::Console;
 use crate::failure::Failure;
@@ -31,10 +31,10 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
     let input = &args.input;
     let default = || bake_files::default_folder(input);
     let folder = args.output.clone().map_or_else(default, Ok)?;
-    let model = super::model(input, args.welding.weld, console)?;
+    let model = super::model(input, args.welding.weld, args.trust.rule(), console)?;
     let folder = Folder::open(&folder)?;
     let protected: Vec<PathBuf> = args.method.masks().chain(&args.target).cloned().collect();
-    let job = Job { input, model: &model, folder: folder.path(), protected: &protected };
+    let job = Job { input, model: &model, folder: folder.path(), protected: &protected, trust: args.trust.rule() };
     let target = match &args.target {
         Some(path) => job.target(path)?,
         None => job.method(args.method.denoising(model.data())?)?,
@@ -67,8 +67,7 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
         layout_reason: bundle.fallback.as_ref().map(ToString::to_string),
         manifest: &bundle.manifest,
     };
-    console.report(&report, || text(&report));
-    Ok(())
+    console.report(&report, || text(&report))
 }
 
 /// Fails if the layout does not go with the size, or is not built in.
@@ -126,7 +125,7 @@ fn text(baked: &Wrote) -> String {
         "source",
         format!(
             "{}: {}, {}",
-            baked.source,
+            one_line(&baked.source),
             count(m.source.vertices, "vertex", "vertices"),
             count(m.source.faces, "face", "faces")
         ),
@@ -160,7 +159,7 @@ fn text(baked: &Wrote) -> String {
         line(head, text);
     }
     for file in &baked.files {
-        line("wrote", file.clone());
+        line("wrote", one_line(file));
     }
     out
 }

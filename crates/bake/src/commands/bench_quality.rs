@@ -10,6 +10,7 @@ use crate::csv::{self, Csv};
 use crate::failure::Failure;
 use crate::{input, output};
 use pairs::Pair;
+use planish_files::input::Trust;
 use planish_files::method;
 use planish_geometry::denoise::{Denoiser, Parameter};
 use planish_geometry::mesh::weld::Welding;
@@ -41,8 +42,8 @@ pub(crate) fn run(args: &BenchQualityArgs, console: &Console) -> Result<(), Fail
     if complete.is_ok() && write_table(csv, &report.rows, console)? == Stdout::Taken {
         return report.verdict();
     }
-    console.report(&report, || report.text());
-    complete.and(report.verdict())
+    let printed = console.report(&report, || report.text());
+    complete.and(printed).and(report.verdict())
 }
 
 /// Whether stdout is left for the report, or has a table.
@@ -59,7 +60,7 @@ fn write_table(csv: Option<Csv>, rows: &[impl Serialize], console: &Console) -> 
     match csv {
         Csv::File(output) => output::write_all(vec![(output, table)]).map(|()| Stdout::Free),
         Csv::Stdout => {
-            console.print_bytes(&table);
+            console.print_bytes(&table)?;
             Ok(Stdout::Taken)
         }
     }
@@ -104,12 +105,13 @@ fn measure(pair: &Pair, harm: bool, part: &Part<'_>, report: &mut Report) -> Res
         error,
     };
     let read = || -> Result<_, Failure> {
-        let clean_model = if harm { Some(super::model(&pair.clean, Welding::Exact, part.console)?) } else { None };
+        let clean_model =
+            if harm { Some(super::model(&pair.clean, Welding::Exact, Trust::Folder, part.console)?) } else { None };
         let clean = match &clean_model {
             Some(model) => Triangles::from(model.data()),
-            None => Triangles::from(input::source(&pair.clean)?.data()),
+            None => Triangles::from(input::source(&pair.clean, Trust::Folder)?.data()),
         };
-        let model = super::model(&pair.noisy, Welding::Exact, part.console)?;
+        let model = super::model(&pair.noisy, Welding::Exact, Trust::Folder, part.console)?;
         let noisy = Triangles::from(model.data());
         let before = metrics::compare(&clean, &noisy).map_err(|e| Failure::at(&pair.noisy, e))?;
         Ok((clean, clean_model, model, noisy, before))

@@ -1,5 +1,6 @@
 //! The command `planish compare`.
 
+use super::one_line;
 use crate::args::CompareArgs;
 use crate::console::Console;
 use crate::csv::{self, Csv};
@@ -48,13 +49,14 @@ pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), Failure> 
     }
     let csv = args.csv.as_ref().map(|path| Csv::open(path, &inputs, console)).transpose()?;
     let outputs = maps.iter().map(|path| Output::open(path, &inputs)).collect::<Result<Vec<_>, _>>()?;
+    console.reserve_stdout(&outputs)?;
 
     console.stage("reading");
-    let clean = Triangles::from(input::source(&args.clean)?.data());
+    let clean = Triangles::from(input::source(&args.clean, args.trust.rule())?.data());
     let (mut rows, mut heat_maps) = (Vec::new(), Vec::new());
     for path in &args.results {
         console.stage("comparing");
-        let result = Triangles::from(input::source(path)?.data());
+        let result = Triangles::from(input::source(path, args.trust.rule())?.data());
         let comparison = metrics::compare(&clean, &result).map_err(|e| Failure::at(path, e))?;
         if args.heatmap.is_some() {
             let heat = metrics::heat(&clean, &result, args.heat).map_err(|e| Failure::at(path, e))?;
@@ -91,7 +93,6 @@ pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), Failure> 
         Some(table) => console.print_bytes(&table),
         None => console.report(&report, || text(&report)),
     }
-    Ok(())
 }
 
 /// Returns the path of the heat map for one result, or for several results one path each, with the name of the result in it.
@@ -144,8 +145,9 @@ fn legend(Scale { heat, unit, max, .. }: &Scale) -> String {
 
 /// Formats the report as a table for people.
 fn text(report: &Compared) -> String {
-    let width = report.results.iter().map(|r| r.file.chars().count()).max().unwrap_or(0).max(4);
-    let mut out = format!("against {}\n", report.clean);
+    let name = |row: &Row| one_line(&row.file);
+    let width = report.results.iter().map(|row| name(row).chars().count()).max().unwrap_or(0).max(4);
+    let mut out = format!("against {}\n", one_line(&report.clean));
     let heads = [
         "Ea °",
         "by area",
@@ -165,7 +167,8 @@ fn text(report: &Compared) -> String {
         let _ = write!(out, " {head:>9}");
     }
     out.push('\n');
-    for Row { file, comparison: c } in &report.results {
+    for row in &report.results {
+        let (file, c) = (name(row), &row.comparison);
         let _ = write!(out, "{file:width$} {:9.3} {:9.3} {:9.3} {:9.3}", c.ea, c.ea_area, c.ea_median, c.ea_p95);
         let _ = write!(out, " {:9.4} {:9.4} {:9.4} {:9.4}", c.d_mean, c.d_max, c.drev_mean, c.drev_max);
         match c.vol_change_pct {
@@ -178,7 +181,7 @@ fn text(report: &Compared) -> String {
         "Ea: mean angle between face normals; d: distance to the clean surface in mean edge lengths, back: from it\n",
     );
     if let Some(scale) = &report.heatmap {
-        let _ = writeln!(out, "{}\nwrote {}", legend(scale), scale.files.join(", "));
+        let _ = writeln!(out, "{}\nwrote {}", legend(scale), one_line(&scale.files.join(", ")));
     }
     out
 }

@@ -1,6 +1,6 @@
 //! The command `planish info`.
 
-use super::{count, measure};
+use super::{count, measure, one_line};
 use crate::args::InfoArgs;
 use crate::console::Console;
 use crate::failure::Failure;
@@ -9,11 +9,10 @@ use planish_geometry::progress::Progress as _;
 use std::fmt::Write as _;
 
 pub(crate) fn run(args: &InfoArgs, console: &Console) -> Result<(), Failure> {
-    let model = super::model(&args.input, args.welding.weld, console)?;
+    let model = super::model(&args.input, args.welding.weld, args.trust.rule(), console)?;
     console.stage("looking");
-    let info = info::inspect(&args.input, &model, console)?;
-    console.report(&info, || text(&info));
-    Ok(())
+    let info = info::inspect(&args.input, &model, args.trust.rule(), console)?;
+    console.report(&info, || text(&info))
 }
 
 /// Formats the report for people.
@@ -22,7 +21,7 @@ fn text(info: &Info) -> String {
     let mut line = |head: &str, text: String| {
         let _ = writeln!(out, "{head:10} {text}");
     };
-    line("file", format!("{} ({} bytes)", info.file, info.bytes));
+    line("file", format!("{} ({} bytes)", one_line(&info.file), info.bytes));
     line(
         "contains",
         format!(
@@ -30,17 +29,8 @@ fn text(info: &Info) -> String {
             info.vertex_lines, info.uv_lines, info.normal_lines, info.faces, info.polygons
         ),
     );
-    let kept = [
-        count(info.objects, "object", "objects"),
-        count(info.groups, "group", "groups"),
-        count(info.smoothing_groups, "smoothing group", "smoothing groups"),
-        count(info.lines, "line", "lines"),
-        count(info.points, "point element", "point elements"),
-        count(info.other_statements, "other statement", "other statements"),
-    ];
-    let kept: Vec<_> = kept.into_iter().filter(|text| !text.starts_with("0 ")).collect();
-    if !kept.is_empty() {
-        line("also", kept.join(", "));
+    if !info.contents.is_empty() {
+        line("also", info.contents.join(", "));
     }
     if info.vertices_with_colour_or_w > 0 {
         line("", format!("{} with colours or w", count(info.vertices_with_colour_or_w, "vertex", "vertices")));

@@ -1,10 +1,13 @@
 //! The command `planish noise`.
 
-use super::measure;
+use super::{measure, one_line};
 use crate::args::NoiseArgs;
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::input;
 use crate::output::{self, Output};
+use glam::DVec3;
+use planish_files::mesh_output;
 use planish_geometry::mesh::surface::Surface;
 use planish_geometry::mesh::synthetic_noise::{self, Disturbed, NoiseSetting, Remeshed, SyntheticKind, SyntheticNoise};
 use planish_geometry::progress::Progress as _;
@@ -12,6 +15,7 @@ use planish_geometry::source::model::Model;
 use planish_geometry::source::{Arrays, MeshData, Source};
 use serde::Serialize;
 use serde_json::{Map, Value};
+use std::borrow::Cow;
 
 /// Report of the command.
 #[derive(Serialize)]
@@ -30,31 +34,42 @@ struct Added {
     /// Standard deviation that was asked for; `None` for a kind that has none.
     sigma: Option<f64>,
     rms_displacement: f64,
+    /// Largest distance between a noisy position and the one that the file holds, model units.
+    rounding: f64,
 }
 
 pub(crate) fn run(args: &NoiseArgs, console: &Console) -> Result<(), Failure> {
     let noise = args.noise()?;
     let output = Output::open(&args.output, &[&args.input])?;
     let clean_output = args.clean.as_ref().map(|path| Output::open(path, &[&args.input])).transpose()?;
+    console.reserve_stdout([&output].into_iter().chain(&clean_output))?;
     if args.clean.as_ref() == Some(&args.output) {
         return Err(Failure::at(&args.output, "cannot be both the noisy mesh and --clean"));
     }
-    let model = super::model(&args.input, args.welding.weld, console)?;
+    let model = super::model(&args.input, args.welding.weld, args.trust.rule(), console)?;
     console.stage("noise");
     let made = NoisyMesh::new(&model, &noise).map_err(|e| Failure::at(&args.input, e))?;
     console.check()?;
     console.stage("writing");
-    let report = Added::new(args, &noise, &model, &made);
-    let clean = clean_output.zip(made.clean.map(|clean| clean.bytes().into_owned()));
-    output::write_all([(output, made.bytes)].into_iter().chain(clean).collect())?;
-    console.report(&report, || report.text());
-    Ok(())
+    let file = mesh_output::write(&args.output, &made.source, &made.positions, None)?;
+    let mean_edge = model.surface().mean_edge();
+    mesh_output::warnings(&args.output, &args.input, &made.source, &file, mean_edge)
+        .iter()
+        .for_each(|w| console.warn(w));
+    let report = Added::new(args, &noise, &model, &made, file.rounding);
+    let clean_path = args.clean.as_deref().unwrap_or(&args.output);
+    let written = |clean: &Source| mesh_output::write(clean_path, clean, clean.data().positions(), None);
+    let clean = clean_output.zip(made.clean.as_ref().map(written).transpose()?.map(|file| file.bytes));
+    output::write_all([(output, file.bytes)].into_iter().chain(clean).collect())?;
+    console.report(&report, || report.text())
 }
 
-/// A mesh with noise, as a file.
-pub(super) struct NoisyMesh {
-    /// The mesh as an OBJ file; the file of the clean mesh with other numbers, if its connectivity is kept.
-    pub(super) bytes: Vec<u8>,
+/// A mesh with noise.
+pub(super) struct NoisyMesh<'a> {
+    /// Mesh whose positions are replaced: the clean mesh, if its connectivity is kept.
+    pub(super) source: Cow<'a, Source>,
+    /// Positions with noise. #v×3, model units
+    pub(super) positions: Vec<DVec3>,
     /// Clean mesh with the same connectivity; `None` if that is the mesh that the noise was made from.
     pub(super) clean: Option<Source>,
     /// Lengths of the displacements of the vertices, model units. #V
@@ -83,17 +98,21 @@ impl std::fmt::Display for Refused {
     }
 }
 
-impl NoisyMesh {
+impl<'a> NoisyMesh<'a> {
     /// Adds noise to a mesh.
-    pub(super) fn new(model: &Model, noise: &SyntheticNoise) -> Result<Self, Refused> {
+    pub(super) fn new(model: &'a Model, noise: &SyntheticNoise) -> Result<Self, Refused> {
         let disturbed = synthetic_noise::disturb(model.surface(), noise);
         match disturbed.map_err(|e| Refused::Inapplicable(e.to_string()))? {
             Disturbed::Moved(displacements) => {
                 let noisy: Vec<_> =
                     model.surface().positions().iter().zip(&displacements).map(|(p, d)| *p + *d).collect();
-                let bytes = model.source().with_positions(&model.weld().spread(&noisy), None);
+                if let Some(v) = noisy.iter().position(|p| !p.is_finite()) {
+                    let place = input::vertex_place(model.source(), model.weld().first()[v]);
+                    return Err(Refused::Broken(format!("{place}the noise moves this vertex to infinity")));
+                }
                 Ok(Self {
-                    bytes: bytes.map_err(Refused::broken)?,
+                    source: Cow::Borrowed(model.source()),
+                    positions: model.weld().spread(&noisy),
                     clean: None,
                     lengths: displacements.iter().map(|d| d.length()).collect(),
                 })
@@ -102,10 +121,19 @@ impl NoisyMesh {
                 let Remeshed { clean, noisy } = *pair;
                 let pairs = clean.positions().iter().zip(noisy.positions());
                 let lengths = pairs.map(|(p, q)| p.distance(*q)).collect();
-                let bytes = source(&noisy)?.bytes().into_owned();
-                Ok(Self { bytes, clean: Some(source(&clean)?), lengths })
+                let (source, clean) = (source(&noisy)?, Some(source(&clean)?));
+                let positions = source.data().positions().to_vec();
+                Ok(Self { source: Cow::Owned(source), positions, clean, lengths })
             }
         }
+    }
+
+    /// Reads the mesh again as it would be written in its own format. Rounded vertices that meet are welded then, as they would be
+    /// for everybody.
+    pub(super) fn read_again(&self) -> Result<Source, Refused> {
+        let format = self.source.format();
+        let written = self.source.written_as(format, &self.positions, None);
+        Source::parse(written.bytes, Some(format)).map_err(Refused::broken)
     }
 }
 
@@ -117,7 +145,7 @@ fn source(surface: &Surface) -> Result<Source, Refused> {
 }
 
 impl Added {
-    fn new(args: &NoiseArgs, noise: &SyntheticNoise, model: &Model, made: &NoisyMesh) -> Self {
+    fn new(args: &NoiseArgs, noise: &SyntheticNoise, model: &Model, made: &NoisyMesh, rounding: f64) -> Self {
         let moved_vertices = made.lengths.iter().filter(|length| **length > 0.0).count();
         let squares = made.lengths.iter().map(|length| length * length).sum::<f64>();
         Self {
@@ -130,6 +158,7 @@ impl Added {
             moved_vertices,
             mean_edge: model.surface().mean_edge(),
             sigma: noise.kind.settings().contains(&NoiseSetting::Sigma).then_some(noise.sigma),
+            rounding,
             rms_displacement: (squares / moved_vertices.max(1) as f64).sqrt(),
         }
     }
@@ -137,7 +166,8 @@ impl Added {
     fn text(&self) -> String {
         let Self { output, clean, kind, vertices, moved_vertices, mean_edge, rms_displacement, .. } = self;
         let rms = rms_displacement / mean_edge;
-        let clean = clean.as_ref().map(|clean| format!(" and {clean}")).unwrap_or_default();
+        let clean = clean.as_ref().map(|clean| format!(" and {}", one_line(clean))).unwrap_or_default();
+        let output = one_line(output);
         format!(
             "wrote {output}{clean}\n  {} noise: {moved_vertices} of {vertices} vertices moved, rms {rms:.4} mean edge lengths of {}\n",
             kind.name(),

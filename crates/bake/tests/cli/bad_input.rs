@@ -9,23 +9,20 @@ fn a_bad_mesh_is_refused_with_the_file_and_the_line() {
     let cases: Vec<(Vec<u8>, &[&str])> = vec![
         (Vec::new(), &["empty"]),
         (b"\x7fELF\x02\x01\0\0\0\0".to_vec(), &["binary"]),
-        (b"glTF\x02\0\0\0".to_vec(), &["binary"]),
+        (b"BMF\x02\0\0\0".to_vec(), &["binary"]),
+        (b"glTF\x02\0\0\0".to_vec(), &["no GLB file"]),
         (b"PK is no mesh\n".to_vec(), &["no vertices"]),
         (b"f 1 2 3\n".to_vec(), &["no vertices"]),
         (b"v 0 0 0\nv 1 0 0\nv 0 1 0\n".to_vec(), &["no faces"]),
-        (with("v nan 0 0"), &["line 8", "`nan`", "not finite"]),
-        (with("v 0 -inf 0"), &["line 8", "`-inf`", "not finite"]),
-        (with("v 0 0 1e999"), &["line 8", "`1e999`", "not finite"]),
+        (with("v nan 0 0\nf 1 2 4"), &["line 8", "`nan`", "not finite"]),
+        (with("v 0 -inf 0\nf 1 2 4"), &["line 8", "`-inf`", "not finite"]),
+        (with("v 0 0 1e999\nf 1 2 4"), &["line 8", "`1e999`", "not finite"]),
         (with("v 0 zero 0"), &["line 8", "`zero`", "not a number"]),
         (with("v 0 0,5 0"), &["line 8", "`0,5`", "not a number"]),
         (with("v 0 0"), &["line 8", "`v` needs 3 numbers, found 2"]),
         (with("vt"), &["line 8", "`vt` needs 1"]),
         (with("vn 0 1"), &["line 8", "`vn` needs 3 numbers, found 2"]),
-        (with("f 1 2"), &["line 8", "three corners, found 2"]),
-        (with("f"), &["line 8", "three corners, found 0"]),
         (with("f 1 2 4"), &["line 8", "index 4", "`v`", "there are 3"]),
-        (with("f 1/1 2/2 3/9"), &["line 8", "index 9", "`vt`", "there are 3"]),
-        (with("f 1//1 2//1 3//1"), &["line 8", "index 1", "`vn`", "there are 0"]),
         (with("f -1 -2 -4"), &["line 8", "index -4", "`v`"]),
         (with("f 0 1 2"), &["line 8", "index 0"]),
         (with("f 1 2 99999999999999999999"), &["line 8", "`99999999999999999999`"]),
@@ -47,7 +44,7 @@ fn a_bad_mesh_is_refused_with_the_file_and_the_line() {
 #[test]
 fn every_command_names_the_mesh_it_cannot_read() {
     let folder = Folder::with("in.obj", TRIANGLE);
-    folder.write("bad.obj", "v 0 0 0\nv 0 nan 0\n");
+    folder.write("bad.obj", "v 0 0 0\nv 0 nan 0\nf 1 2 1\n");
     for line in ["noise bad.obj -o new/out.obj --sigma 0.1", "compare bad.obj in.obj", "compare in.obj in.obj bad.obj"]
     {
         folder.refuses(line, &["error: bad.obj: line 2: coordinate `nan`"]);
@@ -68,12 +65,26 @@ fn a_layout_that_is_not_there_is_refused_and_the_way_out_named() {
 }
 
 #[test]
-fn broken_texture_coordinates_stop_only_bake_and_only_where_a_face_uses_them() {
-    let folder = Folder::with("unused.obj", format!("{TRIANGLE}vt nan 0\n"));
-    folder.succeeds("bake unused.obj -o out");
-    folder.write("used.obj", TRIANGLE.replace("vt 1 0", "vt 1 nan"));
-    folder.refuses("bake used.obj -o new", &["used.obj: line 5: ", "texture coordinate", "not finite"]);
-    folder.succeeds("denoise used.obj -o out.obj");
+fn what_a_surface_can_do_without_stops_nothing_and_is_told_with_its_line() {
+    let folder = Folder::new();
+    for (text, words) in [
+        (format!("{TRIANGLE}vt nan 0\n"), ""),
+        (TRIANGLE.replace("vt 1 0", "vt 1 nan"), "1 corner names a `vt` or `vn` that does not exist or is not finite"),
+        (TRIANGLE.replace("3/3", "3/9"), "1 corner names a `vt` or `vn`"),
+        (TRIANGLE.replace("3/3", "3/3/7"), "1 corner names a `vt` or `vn`"),
+        (TRIANGLE.replace("3/3", "3/3/0"), "1 corner has an index 0 for `vt` or `vn`"),
+        (format!("{TRIANGLE}f 1/1 2/2\n"), "1 `f` line has fewer than three corners"),
+        (format!("{TRIANGLE}v -nan(ind) 0 0\n"), "1 `v` line that no face uses is not finite"),
+    ] {
+        folder.write("in.obj", &text);
+        for command in ["bake in.obj -o out", "bake in.obj -o out --layout vertex", "denoise in.obj -o out.obj"] {
+            let err = folder.succeeds(command).err;
+            assert!(err.contains(words), "{command}: {err}");
+        }
+        folder.succeeds("check out/in.planish.json");
+        let notes = folder.succeeds_with_json("info in.obj")["notes"].to_string();
+        assert!(notes.contains(words) && (words.is_empty() || notes.contains("first in line")), "{notes}");
+    }
 }
 
 #[test]
@@ -208,10 +219,10 @@ fn options_that_contradict_each_other_or_the_mesh_are_refused() {
 fn missing_arguments_are_named() {
     let folder = Folder::with("in.obj", TRIANGLE);
     for (line, missing) in [
-        ("bake", "<IN.obj>"),
-        ("denoise in.obj", "--output <OUT.obj>"),
+        ("bake", "<MESH>"),
+        ("denoise in.obj", "--output <OUT|->"),
         ("apply", "<MAP.planish.json>"),
-        ("compare in.obj", "<RESULT.obj>"),
+        ("compare in.obj", "<RESULT>"),
         ("noise in.obj -o out.obj", "--sigma <S>"),
         ("completions", "<SHELL>"),
     ] {

@@ -147,7 +147,7 @@ fn info_names_what_is_wrong_and_where() {
         format!("1 face has fewer than three different vertices, the first in line {}", line_of(18)),
         format!("2 faces repeat an earlier one, the first in line {}", line_of(16)),
         format!("1 `vt` line is not finite, the first in line {nan}"),
-        "none.mtl cannot be read".to_owned(),
+        "none.mtl: No such file".to_owned(),
     ] {
         assert!(text.contains(&note), "no `{note}` in\n{text}");
     }

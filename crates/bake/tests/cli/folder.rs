@@ -42,6 +42,13 @@ impl Folder {
         serde_json::from_slice(&self.bytes(name)).unwrap()
     }
 
+    /// Removes the checksums of the files from a manifest, as those of earlier versions had none.
+    pub(crate) fn without_checksums(&self, manifest: &str) {
+        let mut json = self.json(manifest);
+        json.as_object_mut().unwrap().shift_remove("files");
+        self.write(manifest, json.to_string());
+    }
+
     /// All there is below a subfolder (`.` for everything), hidden files too; folders have no bytes.
     pub(crate) fn contents(&self, below: &str) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
         let mut found = BTreeMap::new();

@@ -48,7 +48,7 @@ const COMMANDS: [(&str, &[&str]); 9] = [
             "--update-normals",
         ],
     ),
-    ("compare", &["<CLEAN.obj>", "<RESULT.obj>...", "--csv", "--heatmap", "--heat", "--heat-max"]),
+    ("compare", &["<CLEAN>", "<RESULT>...", "--csv", "--heatmap", "--heat", "--heat-max"]),
     ("bench-quality", &["<DIR>", "--methods", "--pairs", "--noise", "--per-mesh", "--max-faces", "--set", "--csv"]),
     (
         "noise",
@@ -65,7 +65,7 @@ const COMMANDS: [(&str, &[&str]); 9] = [
             "--weld",
         ],
     ),
-    ("info", &["<IN.obj>", "--weld"]),
+    ("info", &["<MESH>", "--weld"]),
     ("methods", &["[METHOD]", "--markdown"]),
     ("completions", &["<SHELL>"]),
 ];

@@ -81,6 +81,7 @@ pub(super) fn glb(request: &Request, normals: &[Vec3], draft: &Draft) -> Result<
         lambda: entry.lambda,
         materials: &materials,
         map,
+        relocate: side_files.relocate,
         normal_map,
     };
     gltf::glb(&carrier, side_files.texture)

@@ -4,6 +4,7 @@ use super::maps::{self, Frames, Offsets};
 use super::report::{self, Verification};
 use super::{BakeError, BakeTarget};
 use crate::map::Coverage;
+use crate::map::displace;
 use crate::map::displacement::MapKind;
 use crate::map::layout_issues::LayoutIssues;
 use crate::map::manifest::{Layout, Manifest, Report, UvSource};
@@ -39,9 +40,11 @@ pub fn check(
 ) -> Result<Report, BakeError> {
     progress.stage("layout");
     let entry = &manifest.displacement;
+    displace::check_mesh(files.carrier, manifest).map_err(BakeError::OtherCarrier)?;
     let unwrapped =
         (entry.uvs == UvSource::Unwrapped).then(|| with_uvs_of(model, files.carrier, manifest.welding)).transpose()?;
     let model = unwrapped.as_ref().unwrap_or(model);
+    displace::check_mesh(model.data(), manifest)?;
     let atlas = match model.atlas() {
         Err(AtlasError::NoUvs) if entry.layout == Layout::Vertex => None,
         atlas => Some(atlas?),

@@ -57,6 +57,7 @@ pub(super) fn manifest_of(
         dominant_uv: atlas.filter(|_| is_uv).map(|atlas| dominant_uv(model, atlas)),
         normal_map,
         carrier: Carrier::default(),
+        files: Vec::new(),
         report: Report { tolerance_quanta: settings.tolerance.0, ..Report::default() },
         clients: Clients::new(settings.map, displacements.source, maps.encoding, settings.lambda.0),
     }

@@ -7,11 +7,12 @@ use super::report::{self, Verification};
 use super::{BakeError, Bundle, BundleFile, Carriers, Fallback, LayoutChoice, Request, VertexDisplacements};
 use crate::map::Texels;
 use crate::map::displace::DisplacementDirections;
-use crate::map::manifest::{self, Carrier, Layout, Manifest, UvSource};
+use crate::map::manifest::{self, Carrier, FileEntry, Layout, Manifest, UvSource};
 use crate::map::map_size::{MapSizeChoice, MapSizeReason};
 use crate::mesh::atlas::Atlas;
 use crate::source::materials;
 use crate::source::model::Model;
+use rayon::prelude::*;
 
 /// Maps, carrier and manifest of a bake whose report decides whether they are kept.
 pub(super) struct Draft {
@@ -104,7 +105,7 @@ impl Draft {
         });
         let glb = glb.transpose()?;
         progress.check()?;
-        let Self { carrier, maps, manifest, .. } = self;
+        let Self { carrier, maps, mut manifest, .. } = self;
         let file = |name: &str, bytes| BundleFile { name: name.to_owned(), bytes };
         let mut files = vec![file(&manifest.displacement.file, maps.displacement)];
         if let (Some(entry), Some((image, _))) = (&manifest.normal_map, maps.normal_map) {
@@ -113,7 +114,15 @@ impl Draft {
         files.push(file(&manifest.carrier.obj, carrier.obj.into_bytes()));
         files.push(file(&manifest.carrier.mtl, library));
         files.extend(manifest.carrier.glb.as_ref().zip(glb).map(|(name, bytes)| file(name, bytes)));
-        files.push(file(&format!("{}.planish.json", names.stem), manifest.to_json().into_bytes()));
+        files.extend_from_slice(side_files.within);
+        let entry = |file: &BundleFile| FileEntry { file: file.name.clone(), sha256: manifest::sha256(&file.bytes) };
+        manifest.files = files.par_iter().map(entry).collect();
+        let json = manifest.to_json().into_bytes();
+        // JSON has no word for NaN and infinity; a manifest with one could not be read.
+        if Manifest::from_json(&json).as_ref() != Ok(&manifest) {
+            return Err(BakeError::NotMeasurable);
+        }
+        files.push(file(&format!("{}.planish.json", names.stem), json));
         let (choice, fallback) = maps.plan.into_reasons();
         let along = DisplacementDirections { normals: displacements.normals.clone(), frames: maps.frames };
         Ok(Bundle { files, manifest, choice, fallback, along })

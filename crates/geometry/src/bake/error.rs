@@ -4,10 +4,12 @@
 use super::LayoutChoice;
 use crate::bake::gltf::GltfError;
 use crate::denoise::limits::LimitsError;
+use crate::map::displace::MeshError;
 #[cfg(doc)]
 use crate::map::displacement::MapKind;
 use crate::map::displacement::{DecodeError, EncodeError};
 use crate::mesh::atlas::AtlasError;
+use crate::mesh::jagged::Index;
 use crate::progress::Cancelled;
 use crate::source::model::NoFileNormals;
 #[cfg(doc)]
@@ -45,6 +47,15 @@ pub enum BakeError {
     /// A displacement is too large for single precision, or not a number.
     #[error("denoising gave heights that are too large for single precision or not finite")]
     NotFinite,
+    /// A vertex that a face uses is too far from the others for single precision, in which maps are applied.
+    #[error("vertex {source_vertex} is too far away for single precision")]
+    TooFar {
+        /// Index of the source vertex, from 0.
+        source_vertex: Index,
+    },
+    /// The manifest would hold a number that is not finite, and could not be read again.
+    #[error("the errors of the map cannot be measured in double precision: coordinates are too large or too small")]
+    NotMeasurable,
     /// [`LayoutChoice::Unwrap`] needs the feature `unwrap`.
     #[error("planish was built without the feature `unwrap`")]
     CannotUnwrap,
@@ -58,6 +69,12 @@ pub enum BakeError {
         /// Side of the largest map that was tried, texels.
         side: u32,
     },
+    /// The mesh has other elements than the manifest says.
+    #[error(transparent)]
+    OtherMesh(#[from] MeshError),
+    /// The carrier has other elements than the manifest says.
+    #[error("the carrier {0}")]
+    OtherCarrier(MeshError),
     /// The faces of the carrier are not those of the mesh, or have no texture coordinates.
     #[error("the carrier has no texture coordinates for the faces of the mesh")]
     OtherFaces,

@@ -6,10 +6,13 @@
 //! <https://registry.khronos.org/glTF/specs/2.0>
 
 mod glb;
+mod kept;
 mod materials;
 mod wedges;
 
 use crate::mesh::jagged::Index;
+use crate::source::Source;
+use crate::source::colours;
 use crate::source::materials::Material;
 use crate::source::model::Model;
 use glam::{DVec3, Vec2, Vec3};
@@ -24,7 +27,7 @@ pub use glb::TooLarge;
 pub const TARGET: &str = "denoised";
 
 /// A baked mesh with its displacement map, to be written as glTF.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Carrier<'a> {
     /// Name of the mesh and its node.
     pub name: &'a str,
@@ -46,6 +49,8 @@ pub struct Carrier<'a> {
     pub materials: &'a [Material],
     /// Displacement map.
     pub map: Map<'a>,
+    /// Function that turns the path of a texture into one from the folder of the carrier.
+    pub relocate: &'a (dyn Fn(&str) -> String + Sync),
     /// Description of the normal map for clients, as `extras.planish.normalMap` of each material.
     pub normal_map: Value,
 }
@@ -89,9 +94,11 @@ pub enum GltfError {
 /// Writes the surface of a carrier as a `.glb` file: one mesh with a primitive for each material that has faces.
 /// Textures that are PNG or JPEG files are embedded, others are left out.
 ///
+/// A model that came as glTF keeps its document: the vertices get the normals, samples and target in addition.
+///
 /// Vertices are the distinct pairs of source vertex and texture coordinates at corners of the triangles, in the order of
 /// the source; positions are the welded ones. Texture coordinates have v down. `TEXCOORD_0` is (0, 0) where a corner names
-/// no texture coordinates or some that are not finite. If the mesh has none at all, `TEXCOORD_0` equals `TEXCOORD_1`, because
+/// no texture coordinates or some that are not finite. `COLOR_0` has the colours of the source vertices, linear, if they have some. If the mesh has none at all, `TEXCOORD_0` equals `TEXCOORD_1`, because
 /// glTF numbers sets from 0. A vertex without a normal gets +Z.
 ///
 /// At weight 1 the target gives the denoised positions but for one rounding of single precision: differences are
@@ -104,6 +111,11 @@ pub enum GltfError {
 /// If a list has not the length that its field states.
 pub fn glb(carrier: &Carrier, textures: Textures) -> Result<Vec<u8>, GltfError> {
     let model = carrier.model;
+    if let Source::Gltf(file) = model.source()
+        && let Some(kept) = kept::glb(carrier, file, textures)?
+    {
+        return Ok(kept);
+    }
     let vertices = model.surface().positions().len();
     assert_eq!(carrier.normals.len(), vertices, "one normal for each vertex");
     assert_eq!(carrier.denoised.len(), vertices, "one denoised position for each vertex");
@@ -182,7 +194,11 @@ fn attributes(carrier: &Carrier, wedges: &Wedges, buffer: &mut glb::Buffer) -> R
     } else {
         samples
     };
-    let attributes = json!({ "POSITION": position, "NORMAL": normal, "TEXCOORD_0": uvs, "TEXCOORD_1": samples });
+    let mut attributes = json!({ "POSITION": position, "NORMAL": normal, "TEXCOORD_0": uvs, "TEXCOORD_1": samples });
+    if !model.data().colours().is_empty() {
+        let colour = |source: &Index| model.data().colours()[*source as usize].map(colours::to_linear);
+        attributes["COLOR_0"] = buffer.attribute(&wedges.sources.par_iter().map(colour).collect::<Vec<_>>()).into();
+    }
     Ok((attributes, target))
 }
 

@@ -36,6 +36,11 @@ pub enum Fallback {
         /// Number of vertices without texture coordinates.
         vertices: usize,
     },
+    /// The charts overlap many times.
+    Overlap {
+        /// Sum of the areas of the faces in the texture, in areas of the whole texture.
+        layers: usize,
+    },
     /// The texture coordinates leave too little space for the heights of all vertices.
     Layout {
         /// Largest size that was tried, and how many vertices it left unresolved.
@@ -51,6 +56,12 @@ impl std::fmt::Display for Fallback {
             Self::NoUvs => write!(f, "the mesh has no texture coordinates"),
             Self::Unmapped { vertices } => {
                 write!(f, "{vertices} vertices have no texture coordinates; unwrapping all faces would help")
+            }
+            Self::Overlap { layers } => {
+                write!(
+                    f,
+                    "charts overlap: the faces together have {layers} times the area of the texture; an unwrap without overlaps would help"
+                )
             }
             Self::Layout { choice, problems } => {
                 write!(f, "in the texture coordinates of the mesh ")?;
@@ -112,6 +123,10 @@ impl Plan {
         if must_be_exact && unmapped > 0 {
             return Ok(Self::Vertex { fallback: Some(Fallback::Unmapped { vertices: unmapped }) });
         }
+        let layers = Coverage::layers(surface, atlas);
+        if must_be_exact && layers > MOST_LAYERS {
+            return Ok(Self::Vertex { fallback: Some(Fallback::Overlap { layers: layers as usize }) });
+        }
         let quantum = displacement::quantum(settings.texel);
         let exactness = Exactness { quantum, tolerance: settings.tolerance.0 };
         let sides = map_size::sides(settings.largest_side.0);
@@ -133,6 +148,10 @@ impl Plan {
         Ok(Self::Uv { side: choice.side, choice: Some(choice).filter(|_| settings.side.is_none()) })
     }
 }
+
+/// Number of layers of charts above which no fit is tried: vertices then share their texels with many others, and rasterising
+/// would take as many times as long.
+const MOST_LAYERS: f64 = 16.0;
 
 /// Largest side, texels, at which overlaps are counted for a layout that is not used.
 const OVERLAP_CHECK_SIDE: u32 = 1024;

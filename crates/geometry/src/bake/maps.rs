@@ -223,6 +223,10 @@ fn normal_map_coverage(request: &Request, atlas: &Atlas) -> Result<Option<Covera
     if crate::map::layout_issues::out_of_range(atlas) > 0 {
         return Ok(None);
     }
+    // Rasterising would only say the same, after a long time.
+    if Coverage::layers(model.surface(), atlas) > 1.0 + 5.0 * MAX_OVERLAP {
+        return Ok(None);
+    }
     // In a full layout each vertex gets a block of 4 × 4 texels.
     let vertices = model.surface().positions().len() as f64;
     let side = ((4.0 * vertices.sqrt()) as u32)

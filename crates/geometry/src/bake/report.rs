@@ -223,7 +223,11 @@ impl<'a> Mesh<'a> {
             p99: percentile(&sorted, 0.99),
             mean,
             seam_gap: seam_gap.into(),
-            largest: displaced.iter().fold(0.0, |m: f32, p| m.max(p.abs().max_element())),
+            largest: displaced
+                .iter()
+                .zip(&self.drawn)
+                .filter(|(_, drawn)| **drawn)
+                .fold(0.0, |m: f32, (p, _)| m.max(p.abs().max_element())),
         }
     }
 

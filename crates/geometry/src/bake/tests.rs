@@ -101,6 +101,7 @@ fn arrays_and_a_file_of_the_same_numbers_give_the_same_maps() {
         let without_names = |bundle: &Bundle| {
             let mut manifest = bundle.manifest.clone();
             (manifest.source.sha256, manifest.carrier.sha256) = Default::default();
+            manifest.files.retain(|entry| entry.file != manifest.carrier.obj);
             manifest
         };
         assert_eq!(without_names(&own), without_names(&file));

@@ -137,6 +137,14 @@ pub enum MeshError {
     /// The map displaces along normals that only the carrier has, and the carrier is missing or has changed.
     #[error("is displaced along the normals of the carrier, which is missing or has changed since the bake")]
     NeedsCarrierNormals,
+    /// The mesh has another number of source vertices than the manifest says.
+    #[error("has {found} vertices, and the manifest says {expected}")]
+    Vertices {
+        /// Number of source vertices of the mesh.
+        found: usize,
+        /// Number of source vertices in the manifest.
+        expected: usize,
+    },
     /// The manifest names a vertex or a texture coordinate that does not exist.
     #[error("there is no vertex {vertex} or no `vt` {uv} (counted from 0)")]
     NoSuchElement {
@@ -151,6 +159,20 @@ pub enum MeshError {
     /// The mesh lacks the texture coordinates that tangent frames need.
     #[error(transparent)]
     Atlas(#[from] AtlasError),
+}
+
+/// Checks that a mesh, which is that of the manifest or its carrier, has every element that the manifest counts or names. Whatever
+/// indexes a mesh by numbers of a manifest calls this first, because equal checksums do not make a manifest honest.
+pub fn check_mesh(mesh: &MeshData, manifest: &Manifest) -> Result<(), MeshError> {
+    let (found, expected) = (mesh.positions().len(), manifest.source.vertices);
+    if found != expected {
+        return Err(MeshError::Vertices { found, expected });
+    }
+    let named = |&&[v, vt]: &&[Index; 2]| (v as usize) < found && (vt as usize) < mesh.uvs().len();
+    match manifest.dominant_pairs().iter().find(|pair| !named(pair)) {
+        Some(&[vertex, uv]) => Err(MeshError::NoSuchElement { vertex, uv }),
+        None => Ok(()),
+    }
 }
 
 /// Builds the vertices, one for each source vertex (#v), of a carrier, or of the mesh that was baked, with the normals that
@@ -172,10 +194,7 @@ pub fn baked_vertices(
     }
     let data = mesh.data();
     let dominant = manifest.dominant_pairs();
-    let named = |&&[v, vt]: &&[Index; 2]| (v as usize) < data.positions().len() && (vt as usize) < data.uvs().len();
-    if let Some(&[vertex, uv]) = dominant.iter().find(|pair| !named(pair)) {
-        return Err(MeshError::NoSuchElement { vertex, uv });
-    }
+    check_mesh(data, manifest)?;
     let rule = SamplingRule::new(manifest.displacement.layout, &dominant);
     let origin = manifest.displacement.origin;
     let needs_frames = manifest.displacement.map == MapKind::VectorTangent;
@@ -200,7 +219,9 @@ pub fn baked_vertices(
             NormalField::Denoised | NormalField::Tilted => {
                 // The alternative would be to denoise once more.
                 let carrier = carrier().filter(|carrier| manifest::sha256(carrier.bytes()) == manifest.carrier.sha256);
-                carrier_normals(carrier.ok_or(MeshError::NeedsCarrierNormals)?.data())
+                let carrier = carrier.ok_or(MeshError::NeedsCarrierNormals)?;
+                check_mesh(carrier.data(), manifest)?;
+                carrier_normals(carrier.data())
             }
         }
     };

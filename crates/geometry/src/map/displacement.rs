@@ -269,6 +269,41 @@ mod tests {
     }
 
     #[test]
+    fn texels_that_are_not_finite_are_refused_and_their_place_is_named() {
+        for texel in [TexelFormat::Tiff32, TexelFormat::Exr16, TexelFormat::Exr32] {
+            for broken in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+                let mut map = ramp(texel);
+                map.planes[0][7] = broken;
+                let read = Displacement::decode(&map.to_bytes().unwrap(), MapKind::Scalar, map.size, map.encoding);
+                assert_eq!(read, Err(DecodeError::NotFinite { column: 2, row: 1 }), "{texel:?} {broken}");
+            }
+        }
+    }
+
+    #[test]
+    fn another_size_is_found_in_the_header_of_every_format() {
+        for texel in TexelFormat::ALL {
+            let map = ramp(texel);
+            let bytes = map.to_bytes().unwrap();
+            // The texels are missing, so that only the header can be what is refused.
+            for bytes in [&bytes[..], &bytes[..bytes.len() - 12]] {
+                let size = Size { width: 3, height: 5 };
+                let Err(DecodeError::Texels { found, .. }) =
+                    Displacement::decode(bytes, MapKind::Scalar, size, map.encoding)
+                else {
+                    // A TIFF has its directory at the end.
+                    assert!(
+                        bytes.len() < map.to_bytes().unwrap().len() && texel.file() == FileFormat::Tiff,
+                        "{texel:?}"
+                    );
+                    continue;
+                };
+                assert!(found.starts_with("5 × 3 texels"), "{texel:?}: {found}");
+            }
+        }
+    }
+
+    #[test]
     fn broken_and_foreign_images_are_refused() {
         for texel in TexelFormat::ALL {
             let map = ramp(texel);

@@ -57,6 +57,9 @@ pub struct Manifest {
     pub normal_map: Option<NormalMapEntry>,
     /// Mesh that carries the map.
     pub carrier: Carrier,
+    /// Files of the bundle besides the manifest, so that a file of another bake is noticed; empty in manifests of earlier versions.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub files: Vec<FileEntry>,
     /// Measured accuracy of the map.
     pub report: Report,
     /// Settings for programs that add displacements, with the signs that they need.
@@ -265,6 +268,15 @@ pub struct Carrier {
     pub sha256: String,
 }
 
+/// A file of the bundle.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FileEntry {
+    /// Name of the file.
+    pub file: String,
+    /// SHA-256 of the bytes of the file, hexadecimal.
+    pub sha256: String,
+}
+
 /// Accuracy of the written files, which are decoded and applied at λ = 1 in single precision, and compared with p − h·n (or p
 /// − δ for vectors) in double precision.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -438,6 +450,29 @@ impl Manifest {
         self.dominant_uv.as_ref().map(DominantUv::pairs).unwrap_or_default()
     }
 
+    /// Names of the files of the bundle besides the manifest: maps, carrier and whatever else is listed, without the mesh that was
+    /// baked.
+    pub fn file_names(&self) -> Vec<&str> {
+        let mut names = self.described();
+        let others = self.files.iter().map(|entry| entry.file.as_str()).filter(|name| !names.contains(name));
+        let others: Vec<&str> = others.collect();
+        names.extend(others);
+        names
+    }
+
+    /// Names of the files that the manifest describes: maps and carrier.
+    fn described(&self) -> Vec<&str> {
+        let normal_map = self.normal_map.as_ref().map(|map| map.file.as_str());
+        let carrier = [Some(self.carrier.obj.as_str()), Some(self.carrier.mtl.as_str()), self.carrier.glb.as_deref()];
+        [Some(self.displacement.file.as_str()), normal_map].into_iter().chain(carrier).flatten().collect()
+    }
+
+    /// SHA-256 of a file of the bundle, hexadecimal; `None` if the manifest does not say, as those of earlier versions.
+    pub fn sha256_of(&self, file: &str) -> Option<&str> {
+        let listed = self.files.iter().find(|entry| entry.file == file).map(|entry| entry.sha256.as_str());
+        listed.or_else(|| (file == self.carrier.obj).then_some(self.carrier.sha256.as_str()))
+    }
+
     /// Reads and checks a manifest.
     pub fn from_json(bytes: &[u8]) -> Result<Self, ManifestError> {
         let json = |e: serde_json::Error| ManifestError::Json(e.to_string());
@@ -483,6 +518,11 @@ impl Manifest {
         let texels = map.size().texels();
         let problem = format!("{texels} texels are too few for {} vertices", self.source.vertices);
         ensure(has_texels, "displacement.width", problem)?;
+        if !self.files.is_empty() {
+            let listed = |name: &&str| self.files.iter().any(|entry| entry.file == **name);
+            let absent = self.described().into_iter().find(|name| !listed(name));
+            ensure(absent.is_none(), "files", format!("lacks {:?}", absent.unwrap_or_default()))?;
+        }
         let pairs = self.dominant_uv.as_ref().map_or(&[][..], |uv| &uv.seam_vertices);
         let counted_from_one = pairs.iter().flatten().all(|&i| i > 0);
         ensure(counted_from_one, "dominant_uv.seam_vertices", "index 0: indices count from 1".to_owned())?;
@@ -501,6 +541,23 @@ impl Manifest {
         let text = serde_json::to_string_pretty(&value).unwrap_or_default();
         text.replace("\"seam_vertices\": null", &format!("\"seam_vertices\": {pairs}")) + "\n"
     }
+}
+
+/// Finds the files that a manifest names, even one that this version cannot use: an old one, a newer one, or one that was edited. A
+/// file without a known SHA-256 has an empty one. `None` if the bytes are no manifest at all.
+pub fn named_files(bytes: &[u8]) -> Option<Vec<FileEntry>> {
+    let value: serde_json::Value = serde_json::from_slice(bytes).ok()?;
+    value.get("planish")?;
+    let text = |pointer: &str| value.pointer(pointer).and_then(serde_json::Value::as_str).map(str::to_owned);
+    let mut files: Vec<FileEntry> =
+        value.get("files").and_then(|files| Vec::deserialize(files).ok()).unwrap_or_default();
+    let pointers = ["/displacement/file", "/normal_map/file", "/carrier/obj", "/carrier/mtl", "/carrier/glb"];
+    for file in pointers.into_iter().filter_map(text) {
+        if files.iter().all(|known| known.file != file) {
+            files.push(FileEntry { file, sha256: String::new() });
+        }
+    }
+    Some(files)
 }
 
 /// SHA-256 of bytes, hexadecimal.

@@ -33,17 +33,30 @@ impl Spacing {
     /// Measures the dominant uv vertices of a layout.
     pub fn new(atlas: &Atlas) -> Self {
         let vertices = 0..atlas.wedges().len() as Index;
-        let uvs: Vec<[f64; 2]> =
-            vertices.filter_map(|v| atlas.dominant(v)).map(|uv| atlas.uvs()[uv as usize].to_array()).collect();
-        let Ok(tree) = ImmutableKdTree::<f64, 2>::new_from_slice(&uvs) else {
+        // −0 equals 0.
+        let uvs = vertices.filter_map(|v| atlas.dominant(v)).map(|uv| (atlas.uvs()[uv as usize] + 0.0).to_array());
+        let mut uvs: Vec<[f64; 2]> = uvs.collect();
+        uvs.par_sort_unstable_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+        // Vertices at the same place are at distance 0, and would make the tree slow.
+        let mut distances = Vec::with_capacity(uvs.len());
+        let mut single = Vec::new();
+        let mut places = Vec::new();
+        for same in uvs.chunk_by(|a, b| a == b) {
+            places.push(same[0]);
+            match same {
+                [one] => single.push(*one),
+                several => distances.extend(several.iter().map(|_| 0.0)),
+            }
+        }
+        let Ok(tree) = ImmutableKdTree::<f64, 2>::new_from_slice(&places) else {
             return Self { distances: Vec::new() };
         };
         const TWO: NonZero<usize> = NonZero::new(2).expect("two is not zero");
-        // The nearest one is the point itself, or another at distance zero; either way the second is the answer.
+        // The nearest one is the point itself.
         let second = |p: &[f64; 2]| {
             tree.query(p).nearest_n::<SquaredEuclidean<f64>>(TWO).execute().get(1).map(|n| n.distance.sqrt())
         };
-        let mut distances: Vec<f64> = uvs.par_iter().map(|p| second(p).unwrap_or(f64::INFINITY)).collect();
+        distances.extend(single.par_iter().map(|p| second(p).unwrap_or(f64::INFINITY)).collect::<Vec<f64>>());
         distances.sort_unstable_by(f64::total_cmp);
         Self { distances }
     }

@@ -87,6 +87,21 @@ impl Coverage {
         let (wa, wb) = ((b - p).perp_dot(c - p) / area, (c - p).perp_dot(a - p) / area);
         (triangle, DVec3::new(wa, wb, 1.0 - wa - wb))
     }
+    /// Sum of the areas of the triangles within the unit square, estimated from their bounding boxes: how many layers of charts
+    /// there are, if they fill the square. The time for rasterising grows with it.
+    pub fn layers(surface: &Surface, atlas: &Atlas) -> f64 {
+        let layer = |t: &[Index; 3]| {
+            let [a, b, c] = [atlas.at_corner(t[0])?, atlas.at_corner(t[1])?, atlas.at_corner(t[2])?];
+            let [low, high] = [a.min(b).min(c), a.max(b).max(c)];
+            let clipped = (high.min(DVec2::ONE) - low.max(DVec2::ZERO)).max(DVec2::ZERO);
+            let part = clipped.element_product() / (high - low).element_product();
+            let area = (b - a).perp_dot(c - a).abs() / 2.0 * part;
+            // Half of a box at most; what is not finite has no area or is far larger than the square.
+            Some(if area.is_finite() { area.min(clipped.element_product()) } else { 0.0 })
+        };
+        let layers: Vec<f64> = surface.triangle_corners().par_iter().map(|t| layer(t).unwrap_or(0.0)).collect();
+        layers.iter().sum()
+    }
     /// Number of times that a texel's centre lay in a further triangle besides the first.
     pub fn overlaps(&self) -> usize {
         self.overlaps
@@ -110,6 +125,31 @@ fn rows_of(t: &[DVec2; 3], size: Size) -> std::ops::Range<usize> {
     let [a, b, c] = t.map(|p| p.y);
     centres(a.min(b).min(c), a.max(b).max(c), size.height)
 }
+
+/// Columns whose centres can lie in a triangle, in a row: a slim triangle covers few of those of its bounding box.
+fn columns_of([a, b, c]: [DVec2; 3], row: usize, size: Size) -> std::ops::Range<usize> {
+    let [low, high] = [a.x.min(b.x).min(c.x), a.x.max(b.x).max(c.x)];
+    // With coordinates far outside the image, the rounding of the intersections could be more than the margin.
+    if [a, b, c].iter().any(|p| p.abs().max_element() > FAR) {
+        return centres(low, high, size.width);
+    }
+    let (top, bottom) = (row as f64, row as f64 + 1.0);
+    let [mut left, mut right] = [f64::INFINITY, f64::NEG_INFINITY];
+    for (p, q) in [(a, b), (b, c), (c, a)] {
+        if p.y.max(q.y) < top || p.y.min(q.y) > bottom {
+            continue;
+        }
+        let at = |y: f64| p.x + (q.x - p.x) * ((y - p.y) / (q.y - p.y)).clamp(0.0, 1.0);
+        // Between these heights the edge runs from one to the other; a horizontal edge is all in the row.
+        let ends = if p.y == q.y { [p.x, q.x] } else { [at(top), at(bottom)] };
+        left = left.min(ends[0]).min(ends[1]);
+        right = right.max(ends[0]).max(ends[1]);
+    }
+    centres((left - 1.0).max(low), (right + 1.0).min(high), size.width)
+}
+
+/// Coordinates in texels above which a triangle is far outside of any image.
+const FAR: f64 = 1e6;
 
 /// Assigns the free texels of a band to a triangle and returns the number of its texels that were taken already.
 fn draw(t: &[DVec2; 3], index: Index, first_row: usize, owners: &mut [Index], size: Size) -> usize {
@@ -135,10 +175,9 @@ fn draw(t: &[DVec2; 3], index: Index, first_row: usize, owners: &mut [Index], si
     };
     let band_rows = owners.len() / size.width as usize;
     let rows = rows_of(t, size);
-    let columns = centres(a.x.min(b.x).min(c.x), a.x.max(b.x).max(c.x), size.width);
     let mut taken = 0;
     for row in rows.start.max(first_row)..rows.end.min(first_row + band_rows) {
-        for column in columns.clone() {
+        for column in columns_of([a, b, c], row, size) {
             if inside(DVec2::new(column as f64, row as f64) + 0.5) {
                 let owner = &mut owners[(row - first_row) * size.width as usize + column];
                 if *owner == Coverage::NOBODY {
@@ -191,6 +230,25 @@ mod tests {
         let total: usize = (0..8).map(|t| owned(&found, t).len()).sum();
         // A square of six by six texels: its top and left borders are in, the others out.
         assert_eq!((total, found.overlaps()), (36, 0));
+    }
+
+    #[test]
+    fn no_centre_in_a_triangle_is_passed_over() {
+        let random = |i: u32| f64::from(i.wrapping_mul(2_654_435_761) >> 8 & 0xffff) / 65535.0;
+        for i in 0..300 {
+            // Slim and broad ones, some with corners outside the image.
+            let at = |k: u32| [40.0 * random(6 * i + k) - 4.0, 40.0 * random(6 * i + k + 1) * random(i) - 2.0];
+            let triangle = [at(0), at(2), at(4)];
+            let found = owned(&coverage(&[triangle], 32), 0);
+            let [a, mut b, mut c] = triangle.map(DVec2::from);
+            if (b - a).perp_dot(c - a) < 0.0 {
+                (b, c) = (c, b);
+            }
+            let inside = |p: DVec2| [(a, b), (b, c), (c, a)].iter().all(|(a, b)| (*b - *a).perp_dot(p - *a) > 0.0);
+            let all = (0..32 * 32).map(|i| (i % 32, i / 32));
+            let expected = all.filter(|&(x, y)| inside(DVec2::new(x as f64, y as f64) + 0.5));
+            assert_eq!(found, expected.collect::<Vec<_>>(), "{triangle:?}");
+        }
     }
 
     #[test]

@@ -14,8 +14,8 @@ pub enum AtlasError {
     /// No corner names a uv vertex.
     #[error("the mesh has no texture coordinates (no face names a `vt`)")]
     NoUvs,
-    /// A face uses a uv vertex that is not finite.
-    #[error("texture coordinate {uv} is not finite")]
+    /// A face uses a uv vertex that is not finite in single precision, in which maps are sampled.
+    #[error("texture coordinate {uv} is not finite in single precision")]
     NonFinite {
         /// Index of the texture coordinates, from 0.
         uv: Index,
@@ -67,7 +67,7 @@ impl Atlas {
         if used.peek().is_none() {
             return Err(AtlasError::NoUvs);
         }
-        if let Some(uv) = used.find(|&uv| !uvs[uv as usize].is_finite()) {
+        if let Some(uv) = used.find(|&uv| !uvs[uv as usize].as_vec2().is_finite()) {
             return Err(AtlasError::NonFinite { uv });
         }
         let mut atlas = Self { uvs: uvs.to_vec(), corner_uvs, wedges: Ragged::default(), dominant: Vec::new() };
@@ -274,5 +274,7 @@ mod tests {
         assert_eq!(Atlas::new(&grid, &[], [None; 6].into_iter()).unwrap_err(), AtlasError::NoUvs);
         let broken = Atlas::new(&grid, &[DVec2::NAN], [Some(0); 6].into_iter());
         assert_eq!(broken.unwrap_err(), AtlasError::NonFinite { uv: 0 });
+        let huge = Atlas::new(&grid, &[DVec2::ZERO, DVec2::new(1e300, 0.0)], [Some(1); 6].into_iter());
+        assert_eq!(huge.unwrap_err(), AtlasError::NonFinite { uv: 1 });
     }
 }

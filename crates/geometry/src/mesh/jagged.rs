@@ -32,6 +32,18 @@ impl<T> Ragged<T> {
         self.starts.push(self.items.len() as Index);
         self.items.len() - start as usize
     }
+    /// Ends the list that [`Self::extend_open`] has been filling if it has `least` items or more, else drops it. Returns whether it
+    /// was kept.
+    pub(crate) fn close_if(&mut self, least: usize) -> bool {
+        let start = self.starts[self.starts.len() - 1] as usize;
+        let kept = self.items.len() - start >= least;
+        if kept {
+            self.close();
+        } else {
+            self.items.truncate(start);
+        }
+        kept
+    }
     /// Number of lists.
     pub fn len(&self) -> usize {
         self.starts.len() - 1
@@ -51,6 +63,10 @@ impl<T> Ragged<T> {
     /// Iterates over the lists in order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &[T]> + Clone {
         self.starts.windows(2).map(|w| &self.items[w[0] as usize..w[1] as usize])
+    }
+    /// Items of all lists, list after list, to be changed in place.
+    pub(crate) fn items_mut(&mut self) -> &mut [T] {
+        &mut self.items
     }
     /// Items of all lists, list after list.
     pub fn items(&self) -> &[T] {

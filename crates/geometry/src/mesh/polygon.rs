@@ -1,6 +1,8 @@
 //! Area and triangulation of one polygon in space.
 
 use glam::{DVec2, DVec3};
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
 
 /// Vector area of a polygon (Newell 1972): normal of its best plane, with twice its area as length.
 pub fn newell(points: impl ExactSizeIterator<Item = DVec3> + Clone) -> DVec3 {
@@ -27,28 +29,7 @@ pub fn triangulate(points: &[DVec3], mut emit: impl FnMut([usize; 3])) {
     if is_convex(&flat) {
         return (2..points.len()).for_each(|k| emit([0, k - 1, k]));
     }
-    let mut rest: Vec<usize> = (0..points.len()).collect();
-    let mut quality: Vec<f64> = (0..rest.len()).map(|k| ear_quality(&flat, &rest, k)).collect();
-    while rest.len() > 3 {
-        let mut k = best(&quality);
-        if quality[k] <= 0.0 {
-            // Corners that were blocked by others may have become ears; ears stay ears.
-            quality = (0..rest.len()).map(|k| ear_quality(&flat, &rest, k)).collect();
-            k = best(&quality);
-        }
-        emit(ear_at(&rest, k));
-        rest.remove(k);
-        quality.remove(k);
-        for j in [(k + rest.len() - 1) % rest.len(), k % rest.len()] {
-            quality[j] = ear_quality(&flat, &rest, j);
-        }
-    }
-    emit([rest[0], rest[1], rest[2]]);
-}
-
-/// Index of the largest value, the lowest among equals.
-fn best(quality: &[f64]) -> usize {
-    (0..quality.len()).rev().max_by(|&j, &k| quality[j].total_cmp(&quality[k])).unwrap_or(0)
+    Remainder::new(&flat).clip(&mut emit);
 }
 
 /// Twice the signed area of a triangle, positive if counter-clockwise.
@@ -63,27 +44,194 @@ fn is_convex(flat: &[DVec2]) -> bool {
         && (2..n).all(|k| doubled_area(flat[0], flat[k - 1], flat[k]) > 0.0)
 }
 
-/// Corner `k` of the remaining polygon between its two neighbours.
-fn ear_at(rest: &[usize], k: usize) -> [usize; 3] {
-    let n = rest.len();
-    [rest[(k + n - 1) % n], rest[k], rest[(k + 1) % n]]
+/// Number of corners that may be looked at in vain before a polygon without an ear is taken for nonsense, as a multiple of its own
+/// corners and at least: it bounds the time for a polygon that crosses itself.
+const VAIN: (usize, usize) = (8, 1 << 22);
+
+/// The part of a polygon that is not cut up yet, as a ring of corners.
+struct Remainder<'a> {
+    flat: &'a [DVec2],
+    next: Vec<usize>,
+    previous: Vec<usize>,
+    is_left: Vec<bool>,
+    left: usize,
+    /// Quality of the ear at each corner, as it was when it was computed last.
+    quality: Vec<f64>,
+    /// Corners by the quality of their ears, the lowest index first among equals. Entries with another quality than in `quality` are
+    /// out of date.
+    queue: BinaryHeap<Ear>,
+    grid: Grid,
 }
 
-/// Quality of the ear at `k`: area over the sum of squared edge lengths; negative if the corner is no ear.
-fn ear_quality(flat: &[DVec2], rest: &[usize], k: usize) -> f64 {
-    let ear = ear_at(rest, k);
-    let [a, b, c] = ear.map(|i| flat[i]);
-    let area = doubled_area(a, b, c);
-    if area <= 0.0 {
-        return -1.0;
+/// An entry of the queue.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Ear {
+    quality: f64,
+    corner: usize,
+}
+
+impl Eq for Ear {}
+
+impl Ord for Ear {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.quality.total_cmp(&other.quality).then(other.corner.cmp(&self.corner))
     }
-    let inside =
-        |p: DVec2| doubled_area(a, b, p) >= 0.0 && doubled_area(b, c, p) >= 0.0 && doubled_area(c, a, p) >= 0.0;
-    let is_elsewhere = |i: &&usize| !ear.contains(i) && ![a, b, c].contains(&flat[**i]);
-    if rest.iter().filter(is_elsewhere).any(|&i| inside(flat[i])) {
-        return -0.5;
+}
+
+impl PartialOrd for Ear {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
     }
-    area / (a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a))
+}
+
+impl<'a> Remainder<'a> {
+    fn new(flat: &'a [DVec2]) -> Self {
+        let n = flat.len();
+        let mut new = Self {
+            flat,
+            next: (0..n).map(|k| (k + 1) % n).collect(),
+            previous: (0..n).map(|k| (k + n - 1) % n).collect(),
+            is_left: vec![true; n],
+            left: n,
+            quality: vec![0.0; n],
+            queue: BinaryHeap::new(),
+            grid: Grid::new(flat),
+        };
+        new.look_again();
+        new
+    }
+
+    /// Cuts off the best ear until a triangle is left.
+    fn clip(mut self, emit: &mut impl FnMut([usize; 3])) {
+        let (factor, least) = VAIN;
+        let mut vain = (factor * self.flat.len()).max(least);
+        while self.left > 3 {
+            let mut best = self.best();
+            if best.quality <= 0.0 {
+                // Corners that were blocked by others may have become ears; ears stay ears.
+                if vain < self.left {
+                    return self.fan(emit);
+                }
+                vain -= self.left;
+                self.look_again();
+                best = self.best();
+            }
+            let corner = best.corner;
+            let [before, after] = [self.previous[corner], self.next[corner]];
+            emit([before, corner, after]);
+            (self.next[before], self.previous[after]) = (after, before);
+            self.is_left[corner] = false;
+            self.left -= 1;
+            self.grid.remove(corner, self.flat);
+            for neighbour in [before, after] {
+                self.look_at(neighbour);
+            }
+        }
+        self.fan(emit);
+    }
+
+    /// Cuts what is left into a fan at its lowest corner.
+    fn fan(&self, emit: &mut impl FnMut([usize; 3])) {
+        let Some(first) = self.is_left.iter().position(|left| *left) else { return };
+        let mut corner = self.next[first];
+        while self.next[corner] != first {
+            emit([first, corner, self.next[corner]]);
+            corner = self.next[corner];
+        }
+    }
+
+    fn best(&mut self) -> Ear {
+        while let Some(ear) = self.queue.peek() {
+            if self.is_left[ear.corner] && self.quality[ear.corner].to_bits() == ear.quality.to_bits() {
+                return *ear;
+            }
+            self.queue.pop();
+        }
+        // Every corner that is left has an entry.
+        Ear { quality: -1.0, corner: self.is_left.iter().position(|left| *left).unwrap_or(0) }
+    }
+
+    fn look_again(&mut self) {
+        let all: Vec<Ear> = (0..self.flat.len())
+            .filter(|&k| self.is_left[k])
+            .map(|corner| Ear { quality: self.ear_quality(corner), corner })
+            .collect();
+        all.iter().for_each(|ear| self.quality[ear.corner] = ear.quality);
+        self.queue = all.into();
+    }
+
+    fn look_at(&mut self, corner: usize) {
+        let quality = self.ear_quality(corner);
+        self.quality[corner] = quality;
+        self.queue.push(Ear { quality, corner });
+    }
+
+    /// Quality of the ear at a corner: area over the sum of squared edge lengths; negative if the corner is no ear.
+    fn ear_quality(&self, corner: usize) -> f64 {
+        let ear = [self.previous[corner], corner, self.next[corner]];
+        let [a, b, c] = ear.map(|i| self.flat[i]);
+        let area = doubled_area(a, b, c);
+        if area <= 0.0 {
+            return -1.0;
+        }
+        let inside =
+            |p: DVec2| doubled_area(a, b, p) >= 0.0 && doubled_area(b, c, p) >= 0.0 && doubled_area(c, a, p) >= 0.0;
+        let is_in_the_way = |i: usize| {
+            let p = self.flat[i];
+            !ear.contains(&i) && ![a, b, c].contains(&p) && inside(p)
+        };
+        if self.grid.any_in(a.min(b).min(c), a.max(b).max(c), is_in_the_way) {
+            return -0.5;
+        }
+        area / (a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a))
+    }
+}
+
+/// Corners by square cells of the plane, about one to a cell, so that only those near an ear are looked at.
+struct Grid {
+    low: DVec2,
+    cell: f64,
+    columns: usize,
+    rows: usize,
+    cells: Vec<Vec<usize>>,
+}
+
+impl Grid {
+    fn new(flat: &[DVec2]) -> Self {
+        let start = [DVec2::INFINITY, DVec2::NEG_INFINITY];
+        let [low, high] = flat.iter().fold(start, |[low, high], p| [low.min(*p), high.max(*p)]);
+        let extent = high - low;
+        let cell = (extent.x * extent.y / flat.len() as f64).sqrt().max(extent.max_element() / flat.len() as f64);
+        let count = |length: f64| if cell > 0.0 { ((length / cell) as usize + 1).min(flat.len() + 1) } else { 1 };
+        let (columns, rows) = (count(extent.x), count(extent.y));
+        let mut new = Self { low, cell, columns, rows, cells: vec![Vec::new(); columns * rows] };
+        for (i, p) in flat.iter().enumerate() {
+            let cell = new.cell_of(*p);
+            new.cells[cell[1] * columns + cell[0]].push(i);
+        }
+        new
+    }
+
+    fn cell_of(&self, p: DVec2) -> [usize; 2] {
+        // Saturating; where the cells have no size, there is one only.
+        let index = |x: f64, count: usize| ((x / self.cell) as usize).min(count - 1);
+        let p = p - self.low;
+        [index(p.x, self.columns), index(p.y, self.rows)]
+    }
+
+    fn remove(&mut self, corner: usize, flat: &[DVec2]) {
+        let [column, row] = self.cell_of(flat[corner]);
+        self.cells[row * self.columns + column].retain(|&i| i != corner);
+    }
+
+    /// Returns true if a corner in the cells of a rectangle fulfils a condition.
+    fn any_in(&self, low: DVec2, high: DVec2, condition: impl Fn(usize) -> bool) -> bool {
+        let [low, high] = [self.cell_of(low), self.cell_of(high)];
+        (low[1]..=high[1]).any(|row| {
+            let cells = &self.cells[row * self.columns + low[0]..=row * self.columns + high[0]];
+            cells.iter().flatten().any(|&i| condition(i))
+        })
+    }
 }
 
 #[cfg(test)]
@@ -140,6 +288,88 @@ mod tests {
         let used: std::collections::BTreeSet<_> = triangles(&edge).into_iter().flatten().collect();
         assert_eq!(used.len(), 5);
         assert!(signed_areas(&edge).iter().all(|a| *a > 0.0));
+    }
+
+    /// The same cut, looking at every corner each time.
+    fn slow(flat: &[DVec2]) -> Vec<[usize; 3]> {
+        let ear_at = |rest: &[usize], k: usize| {
+            let n = rest.len();
+            [rest[(k + n - 1) % n], rest[k], rest[(k + 1) % n]]
+        };
+        let quality = |rest: &[usize], k: usize| {
+            let ear = ear_at(rest, k);
+            let [a, b, c] = ear.map(|i| flat[i]);
+            let inside =
+                |p: DVec2| doubled_area(a, b, p) >= 0.0 && doubled_area(b, c, p) >= 0.0 && doubled_area(c, a, p) >= 0.0;
+            let in_the_way = |i: &usize| !ear.contains(i) && ![a, b, c].contains(&flat[*i]) && inside(flat[*i]);
+            match doubled_area(a, b, c) {
+                area if area <= 0.0 => -1.0,
+                _ if rest.iter().any(in_the_way) => -0.5,
+                area => area / (a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a)),
+            }
+        };
+        let mut rest: Vec<usize> = (0..flat.len()).collect();
+        let mut known: Vec<f64> = (0..rest.len()).map(|k| quality(&rest, k)).collect();
+        let best = |known: &[f64]| (0..known.len()).rev().max_by(|&j, &k| known[j].total_cmp(&known[k])).unwrap();
+        let mut out = Vec::new();
+        while rest.len() > 3 {
+            let mut k = best(&known);
+            if known[k] <= 0.0 {
+                known = (0..rest.len()).map(|k| quality(&rest, k)).collect();
+                k = best(&known);
+            }
+            out.push(ear_at(&rest, k));
+            rest.remove(k);
+            known.remove(k);
+            for j in [(k + rest.len() - 1) % rest.len(), k % rest.len()] {
+                known[j] = quality(&rest, j);
+            }
+        }
+        out.push([rest[0], rest[1], rest[2]]);
+        out
+    }
+
+    /// A star with corners at random radii; with `cross` some of them change places, so that it crosses itself.
+    fn star(n: u32, cross: bool) -> Vec<[f64; 2]> {
+        let random = |i: u32| f64::from(i.wrapping_mul(2_654_435_761) >> 8 & 0xffff) / 65535.0;
+        let corner = |i: u32| {
+            let angle = std::f64::consts::TAU * f64::from(i) / f64::from(n);
+            let r = 1.0 + 0.6 * random(i + n);
+            [r * angle.cos(), r * angle.sin()]
+        };
+        let mut star: Vec<_> = (0..n).map(corner).collect();
+        if cross {
+            (0..n / 8).for_each(|i| star.swap((random(i) * f64::from(n - 1)) as usize, i as usize));
+        }
+        star
+    }
+
+    #[test]
+    fn the_cut_is_that_of_looking_at_every_corner() {
+        for n in [4, 5, 9, 40, 177] {
+            for cross in [false, true] {
+                let star = star(n, cross);
+                let flat: Vec<DVec2> = star.iter().map(|p| DVec2::from(*p)).collect();
+                let mut fast = Vec::new();
+                Remainder::new(&flat).clip(&mut |t| fast.push(t));
+                assert_eq!(fast, slow(&flat), "{n} {cross}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_polygon_of_very_many_corners_is_cut_up_whatever_it_is() {
+        // Looking at every corner for every ear would take minutes.
+        for cross in [false, true] {
+            let star = star(200_000, cross);
+            let cut = triangles(&star);
+            assert_eq!(cut.len(), star.len() - 2);
+            let mut used = vec![false; star.len()];
+            cut.iter().flatten().for_each(|&i| used[i] = true);
+            assert!(used.iter().all(|used| *used));
+        }
+        let same = vec![[1.0, 2.0]; 100_000];
+        assert_eq!(triangles(&same).len(), same.len() - 2);
     }
 
     #[test]

@@ -76,10 +76,23 @@ impl Surface {
     pub fn area(&self) -> f64 {
         self.doubled_areas().map(DVec3::length).sum::<f64>() / 2.0
     }
-    /// Signed volume enclosed by the triangles, cubic model units; about the centroid of the vertices, which
+    /// Mean of the positions of the vertices that faces use, model units; zero without any.
+    pub fn centroid(&self) -> DVec3 {
+        let (mut sum, mut count) = (DVec3::ZERO, 0usize);
+        for (_, p) in self.used() {
+            sum += *p;
+            count += 1;
+        }
+        sum / count.max(1) as f64
+    }
+    /// Indices and positions of the vertices that faces use.
+    fn used(&self) -> impl Iterator<Item = (Index, &DVec3)> {
+        (0..).zip(&self.positions).filter(|(v, _)| !self.topology.is_isolated(*v))
+    }
+    /// Signed volume enclosed by the triangles, cubic model units; about the centroid of the surface, which
     /// matters for a surface with a boundary only.
     pub fn volume(&self) -> f64 {
-        let centre = self.positions.iter().sum::<DVec3>() / self.positions.len().max(1) as f64;
+        let centre = self.centroid();
         let six = self.triangles().map(|t| {
             let [a, b, c] = t.map(|v| self.positions[v as usize] - centre);
             a.dot(b.cross(c))
@@ -94,8 +107,7 @@ impl Surface {
     }
     /// Bounding box, lowest and highest corner, of the vertices that faces use.
     pub fn bounds(&self) -> [DVec3; 2] {
-        let used = (0..).zip(&self.positions).filter(|(v, _)| !self.topology.is_isolated(*v));
-        used.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], (_, p)| [low.min(*p), high.max(*p)])
+        self.used().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], (_, p)| [low.min(*p), high.max(*p)])
     }
 }
 
@@ -113,6 +125,7 @@ fn triangulate(faces: &Ragged<Index>, positions: &[DVec3]) -> Vec<[Index; 3]> {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
     use crate::mesh::shapes;
     use std::f64::consts::PI;
 
@@ -122,6 +135,18 @@ mod tests {
         // Chords of length e leave e²/8 to the radius: second order, e = 0.03.
         assert!((sphere.area() / (4.0 * PI) - 1.0).abs() < 1e-3, "{}", sphere.area());
         assert!((sphere.volume() / (4.0 / 3.0 * PI) - 1.0).abs() < 1e-3, "{}", sphere.volume());
+    }
+
+    #[test]
+    fn vertices_that_no_face_uses_take_no_part() {
+        let sphere = shapes::sphere(2);
+        for far in [1e8, f64::from(f32::MAX), 1e308] {
+            let mut positions = sphere.positions().to_vec();
+            positions.extend([DVec3::splat(far), DVec3::splat(-far)]);
+            let topology = Topology::new(positions.len(), sphere.topology().faces().clone());
+            let strewn = Surface::new(topology, positions);
+            assert_eq!((strewn.volume(), strewn.bounds()), (sphere.volume(), sphere.bounds()), "{far}");
+        }
     }
 
     #[test]

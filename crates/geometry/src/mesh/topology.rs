@@ -230,8 +230,8 @@ pub fn tidy(vertex_count: usize, input: &Ragged<Index>) -> TidyFaces {
 
 /// Returns false for a face that goes to and fro between two vertices.
 fn has_three_vertices(face: &[Index]) -> bool {
-    let third = |&v: &Index| v != face[0] && face.iter().any(|&w| w != face[0] && w != v);
-    face.iter().any(third)
+    let second = face.iter().find(|&&v| v != face[0]);
+    second.is_some_and(|&second| face.iter().any(|&v| v != face[0] && v != second))
 }
 
 /// Corners of a face that do not repeat the previous one.

@@ -135,8 +135,8 @@ impl TryFrom<Arrays> for MeshData {
             }
         }
         let materials = materials.into_iter().map(String::into_bytes).collect();
-        let face_lines = Vec::new();
-        Ok(Self { positions, colours, uvs, normals, faces: corners, face_lines, materials, material_runs })
+        let (face_lines, unplaced) = (Vec::new(), Vec::new());
+        Ok(Self { positions, colours, uvs, normals, faces: corners, face_lines, materials, material_runs, unplaced })
     }
 }
 

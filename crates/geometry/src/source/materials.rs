@@ -1,6 +1,7 @@
 //! Material libraries: reading their materials, and adding the maps to those of a carrier.
 
 use crate::source::MeshData;
+use rustc_hash::FxHashSet;
 
 /// Name of the material that carrier faces without a material get.
 pub const CARRIER_MATERIAL: &str = "planish";
@@ -105,6 +106,56 @@ pub fn textures(library: &[u8]) -> Vec<String> {
     text.lines().filter_map(statement).collect()
 }
 
+/// Returns true if bytes are a material library: text with a `newmtl` statement. Any other file that a mesh names is none of ours,
+/// and its content must not get into results.
+pub fn is_library(bytes: &[u8]) -> bool {
+    !bytes.contains(&0) && lines(bytes).any(|line| keyword(line) == b"newmtl")
+}
+
+/// Lines of a library, without the byte order mark at its start.
+fn lines(library: &[u8]) -> impl Iterator<Item = &[u8]> {
+    library.strip_prefix(b"\xef\xbb\xbf").unwrap_or(library).split(|&b| b == b'\n').map(<[u8]>::trim_ascii)
+}
+
+/// First word of a line.
+fn keyword(line: &[u8]) -> &[u8] {
+    line.split(u8::is_ascii_whitespace).next().unwrap_or_default()
+}
+
+/// Returns true if a statement belongs to the format, with its extensions for physically based shading, or is a comment.
+fn is_statement(keyword: &str) -> bool {
+    const KNOWN: &[&str] = &[
+        "newmtl",
+        "Ka",
+        "Kd",
+        "Ks",
+        "Ke",
+        "Km",
+        "Tf",
+        "Ns",
+        "Ni",
+        "d",
+        "Tr",
+        "illum",
+        "sharpness",
+        "aniso",
+        "anisor",
+        "Pr",
+        "Pm",
+        "Ps",
+        "Pc",
+        "Pcr",
+        "bump",
+        "disp",
+        "decal",
+        "refl",
+        "norm",
+        "",
+    ];
+    // Some exporters write keywords in lower case.
+    keyword.starts_with('#') || names_texture(keyword) || KNOWN.iter().any(|known| known.eq_ignore_ascii_case(keyword))
+}
+
 /// Statements that refer to the baked maps in the materials of a carrier.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MapStatements<'a> {
@@ -126,16 +177,16 @@ pub struct DisplacementStatement<'a> {
 }
 
 /// Names of the materials that libraries define.
-fn defined(libraries: &[Vec<u8>]) -> Vec<&[u8]> {
-    let lines = libraries.iter().flat_map(|library| library.split(|&b| b == b'\n'));
-    lines.filter_map(|line| Some(line.trim_ascii().strip_prefix(b"newmtl")?.trim_ascii())).collect()
+fn defined(libraries: &[Vec<u8>]) -> FxHashSet<&[u8]> {
+    let statements = libraries.iter().flat_map(|library| lines(library)).filter(|line| keyword(line) == b"newmtl");
+    statements.map(|line| line[b"newmtl".len()..].trim_ascii()).collect()
 }
 
 /// Writes the material library of a carrier: the user's libraries one after the other, with `disp -mm` and `norm` statements
 /// for the maps in each material.
 ///
 /// Earlier `disp`, `norm` and `bump` statements are left out, and names of texture files are passed through `relocate`,
-/// because the carrier may be in another folder. Materials that no library defines follow in grey, and [`CARRIER_MATERIAL`]
+/// because the carrier may be in another folder. What is no statement of the format is left out. Materials that no library defines follow in grey, and [`CARRIER_MATERIAL`]
 /// if some faces have no material.
 pub fn carrier_library(
     mesh: &MeshData,
@@ -149,13 +200,15 @@ pub fn carrier_library(
     let added = displacement.unwrap_or_default() + &normal.unwrap_or_default();
     let mut out = Vec::new();
     for library in libraries {
-        for line in library.split(|&b| b == b'\n') {
+        for line in library.strip_prefix(b"\xef\xbb\xbf").unwrap_or(library).split(|&b| b == b'\n') {
             let line = line.trim_ascii_end();
             // Names in any encoding are copied as bytes; only statements about textures are parsed.
             let text = String::from_utf8_lossy(line);
             let mut words = text.split_whitespace();
             match words.next().unwrap_or("") {
                 "disp" | "norm" | "bump" | "map_bump" | "map_Bump" => continue,
+                // A library may be a file that was never meant to be one, with a `newmtl` somewhere.
+                keyword if !is_statement(keyword) => continue,
                 "newmtl" => {
                     out.extend_from_slice(line);
                     out.push(b'\n');
@@ -176,7 +229,7 @@ pub fn carrier_library(
     }
     let defined = defined(libraries);
     // Clients displace by a material only, so each face needs one, even if its library is missing.
-    let missing = mesh.materials().iter().map(Vec::as_slice).filter(|name| !defined.contains(name));
+    let missing = mesh.materials().iter().map(Vec::as_slice).filter(|name| !defined.contains(*name));
     let unnamed = mesh.has_faces_without_material().then_some(CARRIER_MATERIAL.as_bytes());
     for name in missing.chain(unnamed) {
         out.extend_from_slice(b"newmtl ");

@@ -42,7 +42,7 @@ pub(crate) struct MaterialRun {
 ///
 /// A source vertex is one position as the source lists it; welding ([`weld`](crate::mesh::weld)) merges them into vertices.
 ///
-/// Invariant: positions are finite, faces have at least three corners, indices are in range, and there are fewer than
+/// Invariant: positions are finite (see [`Self::unplaced`]), faces have at least three corners, indices are in range, and there are fewer than
 /// 2³² − 1 elements of each kind. Readers guarantee it; arrays come through the checks of
 /// [`Arrays`](crate::source::Arrays).
 #[derive(Clone, Debug, Default)]
@@ -55,6 +55,7 @@ pub struct MeshData {
     pub(crate) face_lines: Vec<u32>,
     pub(crate) materials: Vec<Vec<u8>>,
     pub(crate) material_runs: Vec<MaterialRun>,
+    pub(crate) unplaced: Vec<Index>,
 }
 
 impl MeshData {
@@ -62,11 +63,11 @@ impl MeshData {
     pub fn positions(&self) -> &[DVec3] {
         &self.positions
     }
-    /// Colours of the source vertices as in the source: red, green and blue; empty unless each has one. #v×3
+    /// Colours of the source vertices: red, green and blue, 0..=1, encoded as sRGB; empty unless each has one. #v×3
     pub fn colours(&self) -> &[[f32; 3]] {
         &self.colours
     }
-    /// Texture coordinates, v up; those of a file may be NaN. #vt×2
+    /// Texture coordinates, v up; those of a file may be NaN, but no corner names such. #vt×2
     pub fn uvs(&self) -> &[DVec2] {
         &self.uvs
     }
@@ -96,6 +97,51 @@ impl MeshData {
         let count = self.faces.len() as Index;
         let first = self.material_runs.first().map_or(count, |run| run.first_face);
         first > 0 || self.material_runs.iter().any(|run| run.material.is_none() && run.first_face < count)
+    }
+
+    /// Source vertices whose position in the file is not finite, in ascending order. No face uses them. They lie at the position of
+    /// a vertex that a face uses, and writers leave them as they are.
+    pub fn unplaced(&self) -> &[Index] {
+        &self.unplaced
+    }
+    /// Moves source vertices that are not finite to the first corner of the first face. Fails with a vertex that a face uses.
+    pub(crate) fn place_unused(&mut self) -> Result<(), Index> {
+        let absent = |v: &Index| !self.positions[*v as usize].is_finite();
+        let unplaced: Vec<Index> = (0..self.positions.len() as Index).filter(absent).collect();
+        if unplaced.is_empty() {
+            return Ok(());
+        }
+        if let Some(corner) = self.faces.items().iter().find(|corner| absent(&corner.position)) {
+            return Err(corner.position);
+        }
+        let place = self.faces.items().first().map_or(DVec3::ZERO, |corner| self.positions[corner.position as usize]);
+        unplaced.iter().for_each(|&v| self.positions[v as usize] = place);
+        self.unplaced = unplaced;
+        Ok(())
+    }
+    /// Takes texture coordinates and normals from the corners that name none that exists, or texture coordinates that are not
+    /// finite. Returns the face of each corner that lost something, in ascending order.
+    pub(crate) fn drop_broken_attributes(&mut self) -> Vec<Index> {
+        let (uvs, normals) = (&self.uvs, self.normals.len());
+        let is_good_uv = |uv: &Index| uvs.get(*uv as usize).is_some_and(|uv| uv.is_finite());
+        let is_good =
+            |c: &Corner| c.uv().is_none_or(|uv| is_good_uv(&uv)) && c.normal().is_none_or(|n| (n as usize) < normals);
+        let faces = (0..).zip(self.faces.iter());
+        let broken: Vec<Index> =
+            faces.flat_map(|(f, face)| face.iter().filter(|c| !is_good(c)).map(move |_| f)).collect();
+        if !broken.is_empty() {
+            for c in self.faces.items_mut() {
+                let normal = c.normal().filter(|n| (*n as usize) < normals);
+                *c = Corner::new(c.position, c.uv().filter(&is_good_uv), normal);
+            }
+        }
+        broken
+    }
+    /// Returns whether writers should give a source vertex another position: it differs, be it in the sign
+    /// of a zero, and the vertex has one.
+    pub(crate) fn moves(&self, vertex: Index, to: DVec3) -> bool {
+        let bits = |p: DVec3| p.to_array().map(f64::to_bits);
+        bits(self.positions[vertex as usize]) != bits(to) && self.unplaced.binary_search(&vertex).is_err()
     }
 
     /// Returns the mesh with other texture coordinates (#vt×2, v up); `corners` has the index of one for each corner (#c).

@@ -103,6 +103,10 @@ impl Model {
     pub fn source_face(&self, face: Index) -> Index {
         self.tidy.source_faces[face as usize]
     }
+    /// Faces in the source with the same vertices as an earlier one, ascending; the surface lacks them.
+    pub fn duplicate_faces(&self) -> &[Index] {
+        &self.tidy.duplicate
+    }
     /// Corner in the source of a corner of the surface.
     pub fn source_corner(&self, corner: Index) -> Corner {
         self.data().faces().items()[self.tidy.source_corners[corner as usize] as usize]

@@ -10,6 +10,9 @@ mod scan;
 
 use crate::mesh::jagged::Index;
 use crate::source::MeshData;
+use crate::source::format::Format;
+use crate::source::mesh_file::MeshFile;
+use glam::DVec3;
 
 pub use parse::{ObjError, ObjErrorKind};
 pub(crate) use print::{print, print_carrier};
@@ -42,10 +45,12 @@ pub struct Obj {
     data: MeshData,
     non_finite_uvs: Vec<(Index, u32)>,
     extras: Extras,
+    notes: Vec<String>,
 }
 
 impl Obj {
-    /// Reads a file and checks that every position is finite and every index in range.
+    /// Reads a file and checks that every position that a face uses is finite and every index of a vertex in range. What a
+    /// surface can do without (texture coordinates, normals, faces with fewer than three corners) may be broken.
     ///
     /// The reader understands negative and forward indices, all corner spellings, continuations, inline comments, every line
     /// ending, and names in any encoding.
@@ -65,13 +70,62 @@ impl Obj {
     pub fn data(&self) -> &MeshData {
         &self.data
     }
-    /// Index and line of each `vt` line with a number that is not finite; an error only for callers that need UVs.
+    /// Index and line of each `vt` line with a number that is not finite; corners that name it count as without.
     pub fn non_finite_uvs(&self) -> &[(Index, u32)] {
         &self.non_finite_uvs
+    }
+    /// Line of a `v` statement, counted from 1, by its index among them; `None` if there are not so many. The file is read again for
+    /// it, because lines are needed for messages only.
+    pub fn vertex_line(&self, vertex: Index) -> Option<u32> {
+        self.line_of(b"v", vertex)
+    }
+    /// Line of a `vt` statement, counted from 1, by its index among them, as [`Self::vertex_line`] finds it.
+    pub fn uv_line(&self, uv: Index) -> Option<u32> {
+        self.line_of(b"vt", uv)
+    }
+    fn line_of(&self, keyword: &[u8], index: Index) -> Option<u32> {
+        let mut statements = scan::Statements::new(&self.bytes).filter(|s| &self.bytes[s.keyword.clone()] == keyword);
+        statements.nth(index as usize).map(|statement| statement.line)
     }
     /// Contents of the file besides its mesh data.
     pub fn extras(&self) -> &Extras {
         &self.extras
+    }
+}
+
+impl MeshFile for Obj {
+    fn format(&self) -> Format {
+        Format::Obj
+    }
+    fn data(&self) -> &MeshData {
+        &self.data
+    }
+    fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+    fn with_positions(&self, positions: &[DVec3], normals: Option<&[DVec3]>) -> Vec<u8> {
+        Self::with_positions(self, positions, normals)
+    }
+    fn material_libraries(&self) -> &[Vec<u8>] {
+        &self.extras.material_libraries
+    }
+    fn contents(&self) -> Vec<String> {
+        let Extras { objects, groups, smoothing_groups, lines, points, other, .. } = self.extras;
+        [
+            (objects, "object", "objects"),
+            (groups, "group", "groups"),
+            (smoothing_groups, "smoothing group", "smoothing groups"),
+            (lines, "line", "lines"),
+            (points, "point element", "point elements"),
+            (other, "other statement", "other statements"),
+        ]
+        .into_iter()
+        .filter(|(count, ..)| *count > 0)
+        .map(|(count, one, many)| format!("{count} {}", if count == 1 { one } else { many }))
+        .collect()
+    }
+    fn notes(&self) -> &[String] {
+        &self.notes
     }
 }
 

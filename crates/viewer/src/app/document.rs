@@ -7,8 +7,9 @@ use image::{Rgba, RgbaImage};
 use planish_files::bake_files::{Baked, Job};
 use planish_files::failure::Failure;
 use planish_files::info::{self, Info};
+use planish_files::input::{self, Trust};
 use planish_files::map_files::MapFiles;
-use planish_files::{input, text};
+use planish_files::text::{self, shown};
 use planish_geometry::map::displace::ShaderVertex;
 use planish_geometry::map::displacement::Displacement;
 use planish_geometry::map::manifest::{self, Manifest};
@@ -30,6 +31,8 @@ pub struct Document {
     pub info: Info,
     /// Scene that is drawn until there is a map.
     pub scene: Arc<Scene>,
+    /// Rule on the files that the mesh names.
+    pub trust: Trust,
 }
 
 /// Displacement map that can be shown.
@@ -77,7 +80,7 @@ impl Map {
 /// Kinds of files that can be opened.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// An OBJ mesh.
+    /// A mesh in any format that can be read.
     Mesh,
     /// The manifest of a map.
     Manifest,
@@ -87,9 +90,11 @@ pub enum Kind {
 
 /// Returns the kind of file that a path names, by its extension.
 pub fn kind(path: &Path) -> Option<Kind> {
+    if input::format_of(path).is_some() {
+        return Some(Kind::Mesh);
+    }
     let ending = path.extension()?.to_string_lossy().to_lowercase();
     match ending.as_str() {
-        "obj" => Some(Kind::Mesh),
         "json" => Some(Kind::Manifest),
         "png" | "exr" | "tif" | "tiff" => Some(Kind::Picture),
         _ => None,
@@ -106,15 +111,18 @@ fn without_map() -> Settings {
 }
 
 /// Reads a mesh, or a manifest with its mesh and map.
-pub fn load(path: &Path, progress: &dyn Progress) -> Result<(Document, Option<Map>), Failure> {
+pub fn load(path: &Path, trust: Trust, progress: &dyn Progress) -> Result<(Document, Option<Map>), Failure> {
     match kind(path) {
         Some(Kind::Mesh) => {
-            Ok((document(&Files { mesh: Some(path.to_owned()), ..Files::default() }, progress)?.0, None))
+            Ok((document(&Files { mesh: Some(path.to_owned()), trust, ..Files::default() }, progress)?.0, None))
         }
-        Some(Kind::Manifest) => with_map(path, progress),
-        Some(Kind::Picture) => with_map(&manifest_of(path)?, progress),
+        Some(Kind::Manifest) => with_map(path, trust, progress),
+        Some(Kind::Picture) => with_map(&manifest_of(path)?, trust, progress),
         None if path.is_dir() => Err(Failure::at(path, "is a directory, not a file")),
-        None => Err(Failure::at(path, "is neither a mesh (.obj) nor the manifest of a map (.planish.json)")),
+        None => Err(Failure::at(
+            path,
+            "is neither a mesh (.obj, .ply, .stl, .off, .glb, .gltf) nor the manifest of a map (.planish.json)",
+        )),
     }
 }
 
@@ -122,9 +130,9 @@ fn document(files: &Files, progress: &dyn Progress) -> Result<(Document, Option<
     let Opened { mesh, model, scene, map, warnings, .. } = open::open(files, &without_map(), progress)?;
     progress.check()?;
     progress.stage("looking");
-    let mut info = info::inspect(&mesh, &model, progress)?;
+    let mut info = info::inspect(&mesh, &model, files.trust, progress)?;
     info.notes.extend(warnings);
-    Ok((Document { mesh, model, info, scene: Arc::new(scene) }, map))
+    Ok((Document { mesh, model, info, scene: Arc::new(scene), trust: files.trust }, map))
 }
 
 /// The manifest beside a map that names it.
@@ -136,19 +144,17 @@ fn manifest_of(map: &Path) -> Result<PathBuf, Failure> {
     if manifest.is_file() {
         return Ok(manifest);
     }
-    Err(Failure::at(map, format!("has no manifest {} beside it that says what it is", manifest.display())))
+    Err(Failure::at(map, format!("has no manifest {} beside it that says what it is", shown(&manifest))))
 }
 
-fn with_map(path: &Path, progress: &dyn Progress) -> Result<(Document, Option<Map>), Failure> {
+fn with_map(path: &Path, trust: Trust, progress: &dyn Progress) -> Result<(Document, Option<Map>), Failure> {
     progress.stage("reading");
-    let map_files = MapFiles::read(path)?;
+    let map_files = MapFiles::read(path, trust)?;
     let manifest = &map_files.manifest;
     // The source can be baked again; where it is gone or has changed, its carrier can be shown.
-    let source = map_files.source();
-    let unchanged = input::read(&source).is_ok_and(|bytes| manifest::sha256(&bytes) == manifest.source.sha256);
     let carries_uvs = manifest.displacement.uvs != manifest::UvSource::Mesh;
-    let mesh = if unchanged && !carries_uvs { source } else { map_files.carrier() };
-    let files = Files { mesh: Some(mesh), map: Some(path.to_owned()), ..Files::default() };
+    let mesh = (!carries_uvs && map_files.has_source()).then(|| map_files.source());
+    let files = Files { mesh, map: Some(path.to_owned()), trust, ..Files::default() };
     let (document, map) = document(&files, progress)?;
     let OpenedMap { manifest, vertices } = map.ok_or_else(|| Failure::at(path, "has no map"))?;
     let scene = Arc::clone(&document.scene);
@@ -188,7 +194,7 @@ pub fn bake(
     progress: &dyn Progress,
 ) -> Result<Map, Failure> {
     let read: Vec<PathBuf> = bake_config.limits.mask.iter().cloned().collect();
-    let job = Job { input: &document.mesh, model: &document.model, folder, protected: &read };
+    let job = Job { input: &document.mesh, model: &document.model, folder, protected: &read, trust: document.trust };
     let mut scene = (*document.scene).clone();
     let settings = bake_config.settings(&job)?;
     let (map, baked) = open::bake_map(&mut scene, &job, &settings, progress)?;

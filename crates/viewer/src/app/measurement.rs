@@ -2,7 +2,7 @@
 
 use super::document::{Document, Map};
 use planish_files::failure::Failure;
-use planish_files::input;
+use planish_files::input::{self, Trust};
 use planish_geometry::map::displace;
 use planish_geometry::metrics::{self, Comparison, Triangles};
 use planish_geometry::progress::Progress;
@@ -19,9 +19,9 @@ pub struct Clean {
 
 impl Clean {
     /// Reads a clean mesh.
-    pub fn read(path: &Path, progress: &dyn Progress) -> Result<Self, Failure> {
+    pub fn read(path: &Path, trust: Trust, progress: &dyn Progress) -> Result<Self, Failure> {
         progress.stage("reading");
-        Ok(Self { path: path.to_owned(), triangles: Triangles::from(input::source(path)?.data()) })
+        Ok(Self { path: path.to_owned(), triangles: Triangles::from(input::source(path, trust)?.data()) })
     }
 
     fn compare(&self, triangles: &Triangles) -> Result<Comparison, Failure> {

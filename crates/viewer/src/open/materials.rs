@@ -1,7 +1,9 @@
 //! Textures that the materials of a mesh name.
 
-use super::picture;
-use planish_files::input;
+use super::texture;
+use crate::image_file;
+use planish_files::failure::Failure;
+use planish_files::input::{self, LARGEST_PICTURE, NamedFile, Trust};
 use planish_geometry::source::Source;
 use planish_geometry::source::materials::{self, Material};
 use planish_geometry::source::model::Model;
@@ -10,8 +12,15 @@ use std::path::{Path, PathBuf};
 
 /// Each triangle gets the texture of its face's material. What cannot be read is left out, with a word about it: the mesh
 /// can be seen without.
-pub(super) fn textures(mesh: &Path, model: &Model, warnings: &mut Vec<String>) -> Textures {
-    let known = materials(mesh, model.source(), warnings);
+pub(super) fn textures(mesh: &Path, model: &Model, trust: Trust, warnings: &mut Vec<String>) -> Textures {
+    let known = materials(mesh, model.source(), trust, warnings);
+    let read = |file: &str| {
+        let path = sibling(mesh, file);
+        let named = NamedFile { path: &path, folder: input::folder_of(mesh), trust, largest: LARGEST_PICTURE };
+        let embedded = model.source().file().and_then(|source| source.embedded_texture(file));
+        let bytes = embedded.map_or_else(|| named.read(), Ok)?;
+        texture(image_file::decode(&bytes, &path)?, Content::Colour, &path)
+    };
     let (mut all, mut files): (Vec<Texture>, Vec<(String, Option<u32>)>) = (Vec::new(), Vec::new());
     let mut texture_of = |name: &[u8]| -> Option<u32> {
         let material = known.iter().find(|material| material.name.as_bytes() == name.trim_ascii())?;
@@ -19,7 +28,7 @@ pub(super) fn textures(mesh: &Path, model: &Model, warnings: &mut Vec<String>) -
         if let Some((_, index)) = files.iter().find(|(known, _)| *known == file) {
             return *index;
         }
-        let index = match picture(&sibling(mesh, &file), Content::Colour) {
+        let index = match read(&file) {
             Ok(texture) => {
                 all.push(texture);
                 Some(all.len() as u32 - 1)
@@ -43,15 +52,16 @@ pub(super) fn textures(mesh: &Path, model: &Model, warnings: &mut Vec<String>) -
 }
 
 /// All materials of the libraries that the mesh names.
-fn materials(mesh: &Path, source: &Source, warnings: &mut Vec<String>) -> Vec<Material> {
-    let mut all = Vec::new();
-    for library in input::libraries(mesh, source) {
-        let read = library.bytes.ok_or_else(|| "cannot be read".to_owned());
-        match read.and_then(|bytes| materials::read(&bytes).map_err(|e| e.to_string())) {
+fn materials(mesh: &Path, source: &Source, trust: Trust, warnings: &mut Vec<String>) -> Vec<Material> {
+    let (mut all, mut problems) = (Vec::new(), Vec::new());
+    for library in input::libraries(mesh, source, trust) {
+        let read = library.bytes.and_then(|b| materials::read(&b).map_err(|e| Failure::at(&library.path, e)));
+        match read {
             Ok(materials) => all.extend(materials),
-            Err(reason) => warnings.push(format!("{}: {reason}", library.path.display())),
+            Err(reason) => problems.push(reason.to_string()),
         }
     }
+    warnings.extend(input::summary(problems));
     all
 }
 

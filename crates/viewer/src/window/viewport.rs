@@ -49,7 +49,7 @@ fn welcome(ui: &mut Ui, rect: Rect, app: &mut App, ui_state: &mut UiState) {
     ui.scope_builder(egui::UiBuilder::new().max_rect(area), |ui| {
         ui.vertical_centered(|ui| {
             ui.heading("planish");
-            ui.label("Drop a mesh (.obj) or a map (.planish.json) here");
+            ui.label("Drop a mesh (.obj, .ply, .stl, .off, .glb) or a map (.planish.json) here");
             let open = ui.button("Open …");
             ui_state.mark("open", open.rect);
             if open.clicked() {

@@ -11,12 +11,12 @@ use crate::csv::Csv;
 use crate::failure::Failure;
 use glam::DVec3;
 use meshes::CleanMesh;
+use planish_files::input::Trust;
 use planish_geometry::denoise::Denoiser;
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::metrics::{self, Comparison, Triangles};
 use planish_geometry::progress::Progress as _;
 use planish_geometry::source::model::Model;
-use planish_geometry::source::obj::Obj;
 use report::{Pair, Report, Row, Unmeasured};
 use serde::Serialize;
 use std::path::Path;
@@ -54,8 +54,8 @@ pub(super) fn run(args: &BenchQualityArgs, console: &Console) -> Result<(), Fail
     if complete.is_ok() && write_table(csv, &report.rows, console)? == Stdout::Taken {
         return report.verdict();
     }
-    console.report(&report, || report.text());
-    complete.and(report.verdict())
+    let printed = console.report(&report, || report.text());
+    complete.and(printed).and(report.verdict())
 }
 
 /// Returns the methods that were asked for: `auto` and the classical ones if none is named.
@@ -98,7 +98,7 @@ fn read(
 ) -> Result<Option<Model>, Failure> {
     part.done(0.0);
     let failed = |error: String| Unmeasured { mesh: mesh.name.clone(), kind: None, method: None, error };
-    match crate::commands::model(&mesh.path, Welding::Exact, part.console) {
+    match crate::commands::model(&mesh.path, Welding::Exact, Trust::Folder, part.console) {
         Ok(model) => {
             let triangles = model.surface().triangle_corners().len();
             if max_faces.is_some_and(|most| triangles > most) {
@@ -128,8 +128,7 @@ impl Input {
         let (model, remeshed) = match request.noise(mesh.seed(&request.name())) {
             Some(noise) => {
                 let made = NoisyMesh::new(clean, &noise)?;
-                // The file is read again: rounded vertices that meet are welded, as they would be for everybody.
-                (Model::new(Obj::parse(made.bytes).map_err(Refused::broken)?, Welding::Exact), made.clean)
+                (Model::new(made.read_again()?, Welding::Exact), made.clean)
             }
             None => (clean.clone(), None),
         };

@@ -34,6 +34,11 @@ impl Buffer {
         Self { bytes: Vec::with_capacity(bytes), ..Self::default() }
     }
 
+    /// Makes a buffer with these bytes, views and accessors, to which others are added.
+    pub(super) fn continuing(bytes: Vec<u8>, views: Vec<Value>, accessors: Vec<Value>) -> Self {
+        Self { bytes, views, accessors }
+    }
+
     /// Adds a view of `length` bytes, and returns its index and the bytes to fill in.
     fn view(&mut self, length: usize, target: Option<u32>) -> (usize, &mut [u8]) {
         let start = self.bytes.len().next_multiple_of(ALIGNMENT);
@@ -74,6 +79,11 @@ impl Buffer {
             "bufferView": view, "componentType": FLOAT, "count": values.len(), "type": format!("VEC{N}"),
             "min": min, "max": max,
         }))
+    }
+    /// Adds zeros for a number of vectors, and returns the index of the accessor. They take no bytes.
+    pub(super) fn zeros(&mut self, count: usize) -> usize {
+        let zeros = [0.0; 3];
+        self.accessor(json!({ "componentType": FLOAT, "count": count, "type": "VEC3", "min": zeros, "max": zeros }))
     }
     /// Adds at least one triangle between `vertices` vertices, and returns the index of the accessor.
     pub(super) fn indices(&mut self, triangles: &[[u32; 3]], vertices: usize) -> usize {

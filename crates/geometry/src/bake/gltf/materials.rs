@@ -3,7 +3,9 @@
 use super::glb::{self, Buffer};
 use super::{Carrier, Filter, Textures};
 use crate::mesh::jagged::Index;
-use crate::source::materials::CARRIER_MATERIAL;
+use crate::source::gltf::percent_decoded;
+use crate::source::materials::{CARRIER_MATERIAL, Material};
+use rustc_hash::FxHashMap;
 use serde_json::{Map as Object, Value, json};
 
 /// Base colour of materials without one, as for [`CARRIER_MATERIAL`] in material libraries.
@@ -39,18 +41,84 @@ pub(super) struct Materials<'a> {
     textures: Vec<Value>,
     images: Vec<Value>,
     samplers: Vec<Value>,
+    /// Set of texture coordinates at which the displacement map is sampled.
+    set: usize,
     /// Textures by file name; `None` if the file does not exist or glTF does not allow its type.
-    known: Vec<(String, Option<usize>)>,
+    known: FxHashMap<String, Option<usize>>,
+    /// Materials of the libraries by their name; if several define one, the first counts.
+    defined: FxHashMap<&'a str, &'a Material>,
 }
 
 impl<'a> Materials<'a> {
     /// Adds the displacement map, but no materials yet.
     pub(super) fn new(buffer: &mut Buffer, carrier: &'a Carrier, files: Option<Textures<'a>>) -> Self {
         let (materials, textures, images) = (Vec::new(), Vec::new(), Vec::new());
-        let (samplers, known, extras) = (Vec::new(), Vec::new(), Value::Null);
-        let mut new = Self { carrier, files, extras, materials, textures, images, samplers, known };
+        let (samplers, known, extras) = (Vec::new(), FxHashMap::default(), Value::Null);
+        let mut defined = FxHashMap::default();
+        for material in carrier.materials {
+            defined.entry(material.name.as_str()).or_insert(material);
+        }
+        let mut new = Self { carrier, files, extras, materials, textures, images, samplers, set: 1, known, defined };
         new.extras = json!({ "displacement": new.displacement(buffer), "normalMap": carrier.normal_map });
         new
+    }
+
+    /// Adds the displacement map to the lists of a document, at a set of texture coordinates.
+    pub(super) fn continuing(
+        buffer: &mut Buffer,
+        carrier: &'a Carrier,
+        document: &mut Object<String, Value>,
+        set: usize,
+    ) -> Self {
+        let mut take = |name: &str| match document.remove(name) {
+            Some(Value::Array(list)) => list,
+            _ => Vec::new(),
+        };
+        let (materials, textures, images) = (take("materials"), take("textures"), take("images"));
+        let (samplers, extras) = (take("samplers"), Value::Null);
+        let (known, defined) = (FxHashMap::default(), FxHashMap::default());
+        let mut new = Self { carrier, files: None, extras, materials, textures, images, samplers, set, known, defined };
+        new.extras = json!({ "displacement": new.displacement(buffer), "normalMap": carrier.normal_map });
+        new
+    }
+
+    /// Describes the maps in a material of the document, or in a new one for `None`, and returns its index.
+    pub(super) fn describe(&mut self, material: Option<usize>) -> usize {
+        let material = material.filter(|m| *m < self.materials.len()).unwrap_or_else(|| {
+            self.materials.push(json!({ "name": CARRIER_MATERIAL }));
+            self.materials.len() - 1
+        });
+        let entry = &mut self.materials[material];
+        if !entry.is_object() {
+            *entry = json!({});
+        }
+        if !entry["extras"].is_object() {
+            entry["extras"] = json!({});
+        }
+        entry["extras"]["planish"] = self.extras.clone();
+        material
+    }
+
+    /// Takes the files of images into the buffer, as far as `files` has them; the others keep their names, from the folder of
+    /// the carrier, by `relocate`.
+    pub(super) fn embed_images(&mut self, buffer: &mut Buffer, files: Textures, relocate: &dyn Fn(&str) -> String) {
+        for image in &mut self.images {
+            let Some(uri) = image["uri"].as_str().filter(|uri| !uri.starts_with("data:")) else { continue };
+            let path = percent_decoded(uri);
+            match files(&path) {
+                Some(bytes) => {
+                    let mut entry = Object::new();
+                    entry.insert("mimeType".to_owned(), media_type(&bytes).into());
+                    entry.insert("bufferView".to_owned(), buffer.file(&bytes).into());
+                    entry.insert("name".to_owned(), image.get("name").cloned().unwrap_or_else(|| path.into()));
+                    if let Some(old) = image.as_object_mut() {
+                        old.remove("uri");
+                        old.extend(entry);
+                    }
+                }
+                None => image["uri"] = relocate(&path).into(),
+            }
+        }
     }
 
     /// Adds the displacement map and returns its description.
@@ -68,12 +136,15 @@ impl<'a> Materials<'a> {
             }));
             let name = map.entry.get("file").and_then(Value::as_str).unwrap_or("displacement");
             let image = self.image(buffer, name, map.bytes);
-            entry.insert("texture".to_owned(), self.texture(json!({ "sampler": 0, "source": image })).into());
+            entry.insert(
+                "texture".to_owned(),
+                self.texture(json!({ "sampler": self.samplers.len() - 1, "source": image })).into(),
+            );
         } else {
             entry.insert("bufferView".to_owned(), buffer.file(map.bytes).into());
         }
         entry.insert("mimeType".to_owned(), media_type.into());
-        entry.insert("texCoord".to_owned(), 1.into());
+        entry.insert("texCoord".to_owned(), self.set.into());
         entry.extend(map.entry.clone());
         entry.into()
     }
@@ -90,7 +161,7 @@ impl<'a> Materials<'a> {
     }
     /// Index of the texture of an image file; `None` if the file cannot be used.
     fn colours(&mut self, buffer: &mut Buffer, file: &str) -> Option<usize> {
-        if let Some((_, texture)) = self.known.iter().find(|(name, _)| name == file) {
+        if let Some(texture) = self.known.get(file) {
             return *texture;
         }
         let bytes = self.files?(file).filter(|bytes| is_texture(media_type(bytes)));
@@ -98,7 +169,7 @@ impl<'a> Materials<'a> {
             let image = self.image(buffer, file, &bytes);
             self.texture(json!({ "source": image }))
         });
-        self.known.push((file.to_owned(), texture));
+        self.known.insert(file.to_owned(), texture);
         texture
     }
 
@@ -106,8 +177,7 @@ impl<'a> Materials<'a> {
     pub(super) fn add(&mut self, buffer: &mut Buffer, material: Option<Index>) -> usize {
         let names = &self.carrier.model.data().materials();
         let name = material.map_or(CARRIER_MATERIAL.into(), |m| String::from_utf8_lossy(&names[m as usize]));
-        // If several libraries define the name, the first one counts.
-        let found = material.and_then(|_| self.carrier.materials.iter().find(|m| m.name == name));
+        let found = material.and_then(|_| self.defined.get(name.as_ref()).copied());
         let texture = found.and_then(|m| m.diffuse_texture.as_ref()).and_then(|file| self.colours(buffer, file));
         let default = if texture.is_some() { [1.0; 3] } else { GREY };
         let diffuse = found.and_then(|m| m.diffuse).filter(|c| c.iter().all(|x| x.is_finite())).unwrap_or(default);

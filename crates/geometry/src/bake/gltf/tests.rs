@@ -111,6 +111,7 @@ impl Owned {
         let Value::Object(entry) = json!({ "file": "a.png", "layout": "uv", "bias": -0.5 }) else { unreachable!() };
         Carrier {
             name: "a",
+            relocate: &str::to_owned,
             model: &self.model,
             normals: &self.normals,
             sample_at: &self.samples,
@@ -259,6 +260,35 @@ fn the_normals_are_those_given() {
     let owned = Owned::new(&sphere(2, DVec3::ZERO));
     let normals: Vec<Vec3> = owned.parsed().attribute::<3>("NORMAL").into_iter().map(Vec3::from).collect();
     assert_eq!(normals, owned.normals);
+}
+
+#[test]
+fn colours_of_vertices_are_linear() {
+    let obj = "v 0 0 0 1 0 0.5\nv 1 0 0 0 1 0\nv 0 1 0 1 1 1\nf 1 2 3\n";
+    let model = Model::new(Obj::parse(obj.into()).unwrap(), Welding::Exact);
+    let (normals, positions) = (vec![Vec3::Z; 3], model.surface().positions().to_vec());
+    let samples = vec![Some(Vec2::ZERO); 3];
+    let png =
+        crate::map::displacement::png(&[0; 3], crate::map::Size::square(1), image::ExtendedColorType::Rgb8).unwrap();
+    let carrier = Carrier {
+        name: "a",
+        model: &model,
+        normals: &normals,
+        sample_at: &samples,
+        denoised: &positions,
+        denoised_normals: &[DVec3::Z; 3],
+        origin: DVec3::ZERO,
+        lambda: 1.0,
+        materials: &[],
+        map: Map { bytes: &png, filter: Filter::Linear, entry: Object::new() },
+        relocate: &str::to_owned,
+        normal_map: Value::Null,
+    };
+    let bytes = glb(&carrier, &no_files).unwrap();
+    let file = crate::source::Source::parse(bytes, None).unwrap();
+    let colours = file.data().colours();
+    assert_eq!(colours[1..], model.data().colours()[1..]);
+    assert!((colours[0][2] - 0.5).abs() < 1e-6, "encoded again: {colours:?}");
 }
 
 #[test]

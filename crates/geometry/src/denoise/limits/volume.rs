@@ -108,8 +108,7 @@ struct Volume<'a> {
 
 impl<'a> Volume<'a> {
     fn of(surface: &'a Surface) -> Self {
-        let positions = surface.positions();
-        let centre = positions.iter().sum::<DVec3>() / positions.len().max(1) as f64;
+        let (positions, centre) = (surface.positions(), surface.centroid());
         let mut volume = Self { positions, triangles: surface.triangles().collect(), centre, magnitude: 0.0 };
         volume.magnitude = volume.sum(|t| volume.tetrahedron(t, |v| positions[v]).abs());
         volume

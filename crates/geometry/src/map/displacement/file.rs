@@ -5,7 +5,7 @@ use crate::named;
 use exr::prelude as openexr;
 use exr::prelude::{ReadChannels as _, ReadLayers as _, WritableImage as _};
 use half::f16;
-use image::{DynamicImage, ExtendedColorType, ImageFormat};
+use image::{DynamicImage, ExtendedColorType, ImageDecoder as _};
 use serde::{Deserialize, Serialize};
 use std::io::Cursor;
 use tiff::decoder::DecodingResult;
@@ -178,6 +178,25 @@ pub enum DecodeError {
         /// Size and texels according to the manifest.
         expected: String,
     },
+    /// A texel is NaN or infinite.
+    #[error("the texel in column {column} of row {row} is not finite (counted from 0)")]
+    NotFinite {
+        /// Column of the texel, from 0.
+        column: usize,
+        /// Row of the texel, from 0 on top.
+        row: usize,
+    },
+}
+
+impl DecodeError {
+    /// Error of an image that is not as expected; the format of the texels may not be known from its header.
+    fn texels(found: (Size, Option<TexelFormat>), (size, format): (Size, TexelFormat)) -> Self {
+        let say = |size: Size, format: Option<TexelFormat>| {
+            let of = format.map(|format| format!(" of {format}")).unwrap_or_default();
+            format!("{} × {} texels{of}", size.width, size.height)
+        };
+        Self::Texels { found: say(found.0, found.1), expected: say(size, found.1.map(|_| format)) }
+    }
 }
 
 /// Planes of an image, one for grey or three for colours; texels row by row from the top.
@@ -219,16 +238,22 @@ pub(super) fn encode(planes: &[Vec<f32>], size: Size, format: TexelFormat) -> Re
     }
 }
 
-/// Reads a number of planes and checks that the file has the expected size and texels.
+/// Reads a number of planes and checks that the file has the expected size and texels. A few bytes may claim any size, so each
+/// decoder compares the size in the header before it allocates anything.
 pub(super) fn decode(bytes: &[u8], planes: usize, size: Size, format: TexelFormat) -> Result<Planes, DecodeError> {
+    let expected = (size, format);
     let found = match format.file() {
-        FileFormat::Png => decode_png(bytes, planes)?,
-        FileFormat::Exr => decode_exr(bytes, planes)?,
-        FileFormat::Tiff => decode_tiff(bytes, planes, size)?,
+        FileFormat::Png => decode_png(bytes, planes, expected)?,
+        FileFormat::Exr => decode_exr(bytes, planes, expected)?,
+        FileFormat::Tiff => decode_tiff(bytes, planes, expected)?,
     };
-    let say = |size: Size, format: TexelFormat| format!("{} × {} texels of {format}", size.width, size.height);
-    if (found.size, found.format) != (size, format) {
-        return Err(DecodeError::Texels { found: say(found.size, found.format), expected: say(size, format) });
+    if (found.size, found.format) != expected {
+        return Err(DecodeError::texels((found.size, Some(found.format)), expected));
+    }
+    let broken = found.planes.iter().find_map(|plane| plane.iter().position(|texel| !texel.is_finite()));
+    if let Some(texel) = broken {
+        let width = size.width as usize;
+        return Err(DecodeError::NotFinite { column: texel % width, row: texel / width });
     }
     Ok(found.planes)
 }
@@ -264,6 +289,14 @@ pub(crate) fn png(bytes: &[u8], size: Size, colour: ExtendedColorType) -> Result
 }
 
 fn exr(planes: impl Iterator<Item = openexr::FlatSamples>, size: Size) -> Result<Vec<u8>, EncodeError> {
+    exr_with(openexr::Compression::ZIP16, planes, size)
+}
+
+fn exr_with(
+    compression: openexr::Compression,
+    planes: impl Iterator<Item = openexr::FlatSamples>,
+    size: Size,
+) -> Result<Vec<u8>, EncodeError> {
     let planes: Vec<_> = planes.collect();
     let names: &[&str] = if planes.len() == 1 { &["Y"] } else { &["R", "G", "B"] };
     let channels = names.iter().zip(planes).map(|(name, samples)| openexr::AnyChannel::new(*name, samples)).collect();
@@ -271,7 +304,7 @@ fn exr(planes: impl Iterator<Item = openexr::FlatSamples>, size: Size) -> Result
         (size.width as usize, size.height as usize),
         openexr::LayerAttributes::default(),
         openexr::Encoding {
-            compression: openexr::Compression::ZIP16,
+            compression,
             blocks: openexr::Blocks::ScanLines,
             line_order: openexr::LineOrder::Increasing,
         },
@@ -293,13 +326,22 @@ where
     Ok(out.into_inner())
 }
 
-fn decode_png(bytes: &[u8], planes: usize) -> Result<Decoded, DecodeError> {
+/// Bytes that a decoder may allocate besides the texels, for texts and colour profiles.
+const DECODER_MARGIN: usize = 1 << 26;
+
+fn decode_png(bytes: &[u8], planes: usize, expected: (Size, TexelFormat)) -> Result<Decoded, DecodeError> {
     let failed = |e: image::ImageError| DecodeError::Image { format: "PNG", reason: e.to_string() };
-    let mut reader = image::ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
-    // The size is checked against the manifest, whose sizes are bounded.
-    reader.no_limits();
-    let image = reader.decode().map_err(failed)?;
-    let size = Size { width: image.width(), height: image.height() };
+    let mut limits = image::Limits::no_limits();
+    // A texel has at most four channels of 16 bits.
+    limits.max_alloc = Some((8 * expected.0.texels() + DECODER_MARGIN) as u64);
+    let decoder = image::codecs::png::PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(failed)?;
+    let (width, height) = decoder.dimensions();
+    let size = Size { width, height };
+    if size != expected.0 {
+        let bits = 8 * u32::from(decoder.color_type().bytes_per_pixel() / decoder.color_type().channel_count());
+        return Err(DecodeError::texels((size, TexelFormat::new(FileFormat::Png, bits)), expected));
+    }
+    let image = DynamicImage::from_decoder(decoder).map_err(failed)?;
     // Unsigned normalised integers become floats as on GPUs: the nearest one to i / (2ᵇ − 1).
     let sixteen =
         |samples: &[u16], channels| deinterleaved(samples, channels, planes, |t| (f64::from(t) / 65535.0) as f32);
@@ -318,8 +360,28 @@ fn decode_png(bytes: &[u8], planes: usize) -> Result<Decoded, DecodeError> {
     Ok(Decoded { size, format, planes })
 }
 
-fn decode_exr(bytes: &[u8], planes: usize) -> Result<Decoded, DecodeError> {
+/// Largest number of channels of an EXR that is read: a map has three at most, and a program may add some.
+const MOST_CHANNELS: usize = 16;
+
+fn decode_exr(bytes: &[u8], planes: usize, expected: (Size, TexelFormat)) -> Result<Decoded, DecodeError> {
     let failed = |reason: String| DecodeError::Image { format: "EXR", reason };
+    let meta = openexr::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| failed(e.to_string()))?;
+    if let Some(layer) = meta.headers.iter().find(|layer| !layer.deep) {
+        let side = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+        let size = Size { width: side(layer.layer_size.width()), height: side(layer.layer_size.height()) };
+        if size != expected.0 {
+            return Err(DecodeError::texels((size, None), expected));
+        }
+        use openexr::Compression::{PIZ, RLE, Uncompressed, ZIP1, ZIP16};
+        // The others lose digits, which a map cannot spare, and their decoders trust the file.
+        if !matches!(layer.compression, Uncompressed | RLE | ZIP1 | ZIP16 | PIZ) {
+            return Err(failed(format!("its compression ({}) loses digits", layer.compression)));
+        }
+        let channels = layer.channels.list.len();
+        if channels > MOST_CHANNELS {
+            return Err(failed(format!("it has {channels} channels, and at most {MOST_CHANNELS} are read")));
+        }
+    }
     let reader =
         openexr::read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
     let image = reader.from_buffered(Cursor::new(bytes)).map_err(|e| failed(e.to_string()))?;
@@ -338,16 +400,23 @@ fn decode_exr(bytes: &[u8], planes: usize) -> Result<Decoded, DecodeError> {
     Ok(Decoded { size, format, planes: found.iter().map(|c| c.sample_data.values_as_f32().collect()).collect() })
 }
 
-fn decode_tiff(bytes: &[u8], planes: usize, expected: Size) -> Result<Decoded, DecodeError> {
+/// Bytes that a tile may have besides those of the image.
+const TIFF_MARGIN: usize = 1 << 22;
+
+fn decode_tiff(bytes: &[u8], planes: usize, expected: (Size, TexelFormat)) -> Result<Decoded, DecodeError> {
     let failed = |e: tiff::TiffError| DecodeError::Image { format: "TIFF", reason: e.to_string() };
     let decoder = tiff::decoder::Decoder::new(Cursor::new(bytes)).map_err(failed)?;
-    let mut decoder = decoder.with_limits(tiff::decoder::Limits::unlimited());
+    // A texel has at most four channels of 32 bits, and no list is longer than the file.
+    let mut limits = tiff::decoder::Limits::unlimited();
+    limits.decoding_buffer_size = 16 * expected.0.texels();
+    // A tile may reach beyond a small image.
+    limits.intermediate_buffer_size = limits.decoding_buffer_size + TIFF_MARGIN;
+    limits.ifd_value_size = bytes.len();
+    let mut decoder = decoder.with_limits(limits);
     let (width, height) = decoder.dimensions().map_err(failed)?;
     let size = Size { width, height };
-    if size != expected {
-        // This is checked before memory is allocated, because a few bytes may claim any size.
-        let say = |size: Size| format!("{} × {} texels", size.width, size.height);
-        return Err(DecodeError::Texels { found: say(size), expected: say(expected) });
+    if size != expected.0 {
+        return Err(DecodeError::texels((size, None), expected));
     }
     let channels = usize::from(decoder.colortype().map_err(failed)?.num_samples());
     let (format, planes) = match decoder.read_image().map_err(failed)? {
@@ -362,4 +431,28 @@ fn decode_tiff(bytes: &[u8], planes: usize, expected: Size) -> Result<Decoded, D
         }
     };
     Ok(Decoded { size, format, planes })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_exr_whose_compression_loses_digits_is_refused() {
+        use openexr::Compression::{B44, B44A, PIZ, PXR24, RLE, Uncompressed, ZIP1, ZIP16};
+        let size = Size::square(8);
+        let texels: Vec<f32> = (0..64u8).map(|i| f32::from(i) / 64.0).collect();
+        let written = |compression| {
+            let plane = openexr::FlatSamples::F32(texels.clone());
+            exr_with(compression, std::iter::once(plane), size).unwrap()
+        };
+        for compression in [Uncompressed, RLE, ZIP1, ZIP16, PIZ] {
+            let read = decode(&written(compression), 1, size, TexelFormat::Exr32);
+            assert_eq!(read, Ok(vec![texels.clone()]), "{compression}");
+        }
+        for compression in [B44, B44A, PXR24] {
+            let read = decode(&written(compression), 1, size, TexelFormat::Exr32).unwrap_err();
+            assert!(read.to_string().contains("loses digits"), "{compression}: {read}");
+        }
+    }
 }

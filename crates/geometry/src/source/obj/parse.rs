@@ -4,8 +4,11 @@ use super::scan::{self, Statement, Statements, Tokens};
 use super::{Extras, Obj};
 use crate::mesh::jagged::Index;
 use crate::source::mesh_data::MaterialRun;
+use crate::source::patch::lenient_number;
+use crate::source::read_error::shown;
 use crate::source::{Corner, MeshData};
 use glam::DVec2;
+use rustc_hash::FxHashMap;
 use std::ops::Range;
 
 /// Error in an OBJ file: what is wrong and in which line.
@@ -53,20 +56,15 @@ pub enum ObjErrorKind {
         /// Number of numbers that it has.
         found: usize,
     },
-    /// The face has fewer than three corners; the number is how many it has.
-    #[error("a face needs at least three corners, found {0}")]
-    TooFewCorners(usize),
     /// The corner is not spelled `v`, `v/vt`, `v//vn` or `v/vt/vn`.
     #[error("`{0}` is not a face corner (v, v/vt, v//vn or v/vt/vn)")]
     BadCorner(String),
-    /// The corner has an index 0, but indices count from 1.
+    /// The corner has an index 0 for its vertex, but indices count from 1.
     #[error("index 0 in `{0}`: OBJ counts from 1")]
     ZeroIndex(String),
-    /// The index names no line.
-    #[error("index {index} names no `{keyword}` line: there are {count}")]
+    /// The index names no `v` line.
+    #[error("index {index} names no `v` line: there are {count}")]
     OutOfRange {
-        /// Keyword of the lines that the index counts: `v`, `vt` or `vn`.
-        keyword: &'static str,
         /// Index as it is written, counted from 1 or, if negative, backwards from the line.
         index: i64,
         /// Number of such lines in the file; for a negative index, before the line.
@@ -80,13 +78,7 @@ pub enum ObjErrorKind {
 /// Number of bytes at the start of a file that are searched for a NUL, the sign of a binary file.
 const SNIFFED: usize = 4096;
 
-/// Text of a token for an error message, cut to 40 characters and escaped.
-fn shown(token: &[u8]) -> String {
-    let text: String = String::from_utf8_lossy(token).chars().take(40).collect();
-    text.escape_debug().to_string()
-}
-
-/// Largest index of one kind so far. It is checked when all lines are known, because faces may come before vertices.
+/// Largest index of a vertex so far. It is checked when all lines are known, because faces may come before vertices.
 #[derive(Default)]
 struct Highest {
     index: Index,
@@ -99,10 +91,10 @@ impl Highest {
             *self = Self { index, line };
         }
     }
-    fn check(&self, keyword: &'static str, count: usize) -> Result<(), ObjError> {
+    fn check(&self, count: usize) -> Result<(), ObjError> {
         if self.line != 0 && self.index as usize >= count {
             let index = i64::from(self.index) + 1;
-            let kind = ObjErrorKind::OutOfRange { keyword, index, count };
+            let kind = ObjErrorKind::OutOfRange { index, count };
             return Err(ObjError { line: Some(self.line), kind });
         }
         Ok(())
@@ -113,8 +105,35 @@ struct Reader<'a> {
     bytes: &'a [u8],
     data: MeshData,
     non_finite_uvs: Vec<(Index, u32)>,
+    /// Index, line and token of each `v` line that is not finite.
+    non_finite: Vec<(Index, u32, String)>,
     extras: Extras,
-    highest: [Highest; 3],
+    highest: Highest,
+    /// Index of each material by its name.
+    materials: FxHashMap<Vec<u8>, Index>,
+    short_faces: Oddity,
+    zero_indices: Oddity,
+    absent: Oddity,
+}
+
+/// Something odd that is handled: how often there is such a thing, and its first line.
+#[derive(Default)]
+struct Oddity {
+    count: usize,
+    line: u32,
+}
+
+impl Oddity {
+    fn add(&mut self, line: u32) {
+        self.count += 1;
+        self.line = if self.line == 0 { line } else { self.line.min(line) };
+    }
+    /// Note about it; `None` if there is no such thing.
+    fn note(&self, one: &str, many: &str, what: &str) -> Option<String> {
+        let Self { count, line } = self;
+        let things = if *count == 1 { one } else { many };
+        (*count > 0).then(|| format!("{count} {things} {what}, the first in line {line}"))
+    }
 }
 
 pub(super) fn parse(bytes: Vec<u8>) -> Result<Obj, ObjError> {
@@ -122,33 +141,73 @@ pub(super) fn parse(bytes: Vec<u8>) -> Result<Obj, ObjError> {
     if bytes.is_empty() {
         return Err(whole(ObjErrorKind::Empty));
     }
-    if let Some(offset) = memchr::memchr(0, &bytes[..bytes.len().min(SNIFFED)]) {
-        return Err(whole(ObjErrorKind::Binary { offset }));
-    }
+    // Only what cannot be read is called binary: a writer may move a NUL of a comment to the start of the file.
+    let read = read(&bytes).map_err(|e| {
+        let zero = memchr::memchr(0, &bytes[..bytes.len().min(SNIFFED)]);
+        zero.map_or(e, |offset| whole(ObjErrorKind::Binary { offset }))
+    });
+    let (data, non_finite_uvs, extras, notes) = read?;
+    Ok(Obj { bytes, data, non_finite_uvs, extras, notes })
+}
+
+/// Contents of a file: its mesh data, the index and line of each `vt` line that is not finite, the rest, and what is odd.
+type Contents = (MeshData, Vec<(Index, u32)>, Extras, Vec<String>);
+
+fn read(bytes: &[u8]) -> Result<Contents, ObjError> {
+    let whole = |kind| ObjError { line: None, kind };
     let mut reader = Reader {
-        bytes: &bytes,
+        bytes,
         data: MeshData::default(),
         non_finite_uvs: Vec::new(),
+        non_finite: Vec::new(),
         extras: Extras::default(),
-        highest: Default::default(),
+        highest: Highest::default(),
+        short_faces: Oddity::default(),
+        zero_indices: Oddity::default(),
+        absent: Oddity::default(),
+        materials: FxHashMap::default(),
     };
-    for statement in Statements::new(&bytes) {
+    for statement in Statements::new(bytes) {
         reader.statement(&statement).map_err(|kind| ObjError { line: Some(statement.line), kind })?;
     }
-    let Reader { mut data, non_finite_uvs, extras, highest, .. } = reader;
+    let Reader { mut data, non_finite_uvs, non_finite, extras, highest, short_faces, zero_indices, mut absent, .. } =
+        reader;
     if data.positions.is_empty() {
         return Err(whole(ObjErrorKind::NoVertices));
     }
     if data.faces.is_empty() {
         return Err(whole(ObjErrorKind::NoFaces));
     }
-    highest[0].check("v", data.positions.len())?;
-    highest[1].check("vt", data.uvs.len())?;
-    highest[2].check("vn", data.normals.len())?;
+    highest.check(data.positions.len())?;
+    if let Err(used) = data.place_unused() {
+        let at = non_finite.binary_search_by_key(&used, |(index, ..)| *index).unwrap_or_default();
+        let (_, line, token) = non_finite[at].clone();
+        return Err(ObjError { line: Some(line), kind: ObjErrorKind::NotFinite(token) });
+    }
+    for face in data.drop_broken_attributes() {
+        absent.add(data.face_lines[face as usize]);
+    }
+    let mut unplaced = Oddity::default();
+    non_finite.iter().for_each(|(_, line, _)| unplaced.add(*line));
+    let notes = [
+        short_faces.note("`f` line has", "`f` lines have", "fewer than three corners and stay as they are"),
+        zero_indices.note("corner has", "corners have", "an index 0 for `vt` or `vn`, which is read as none"),
+        absent.note(
+            "corner names",
+            "corners name",
+            "a `vt` or `vn` that does not exist or is not finite, and count as without",
+        ),
+        unplaced.note(
+            "`v` line that no face uses is",
+            "`v` lines that no face uses are",
+            "not finite and stay as they are",
+        ),
+    ];
     if data.colours.len() != data.positions.len() {
         data.colours = Vec::new();
     }
-    Ok(Obj { bytes, data, non_finite_uvs, extras })
+    let notes = notes.into_iter().flatten().collect();
+    Ok((data, non_finite_uvs, extras, notes))
 }
 
 impl Reader<'_> {
@@ -173,12 +232,16 @@ impl Reader<'_> {
     }
 
     fn material(&mut self, name: &[u8]) {
-        let materials = &mut self.data.materials;
-        let material = materials.iter().position(|known| known == name).unwrap_or_else(|| {
-            materials.push(name.to_vec());
-            materials.len() - 1
-        });
-        let run = MaterialRun { first_face: self.data.faces.len() as Index, material: Some(material as Index) };
+        let material = match self.materials.get(name) {
+            Some(&known) => known,
+            None => {
+                let new = self.data.materials.len() as Index;
+                self.data.materials.push(name.to_vec());
+                self.materials.insert(name.to_vec(), new);
+                new
+            }
+        };
+        let run = MaterialRun { first_face: self.data.faces.len() as Index, material: Some(material) };
         match self.data.material_runs.last_mut() {
             // Exporters repeat the statement for each group, and may name another material before any face.
             Some(last) if last.material == run.material => {}
@@ -195,9 +258,11 @@ impl Reader<'_> {
                 return Err(ObjErrorKind::TooFewNumbers { keyword: "v", needed: 3, found });
             };
             let token = &self.bytes[token];
-            *x = fast_float2::parse(token).map_err(|_| ObjErrorKind::NotANumber(shown(token)))?;
-            if !x.is_finite() {
-                return Err(ObjErrorKind::NotFinite(shown(token)));
+            *x = lenient(token)?;
+            let index = self.data.positions.len() as Index;
+            // Whether a face uses the vertex is known only at the end.
+            if !x.is_finite() && self.non_finite.last().is_none_or(|(last, ..)| *last != index) {
+                self.non_finite.push((index, statement.line, shown(token)));
             }
         }
         let fourth = tokens.next();
@@ -254,11 +319,11 @@ impl Reader<'_> {
             let corner = self.corner(&self.bytes[token], statement.line)?;
             self.data.faces.extend_open(corner);
         }
-        let corners = self.data.faces.close();
-        if corners < 3 {
-            return Err(ObjErrorKind::TooFewCorners(corners));
+        if self.data.faces.close_if(3) {
+            self.data.face_lines.push(statement.line);
+        } else {
+            self.short_faces.add(statement.line);
         }
-        self.data.face_lines.push(statement.line);
         fits(self.data.faces.items().len())
     }
 
@@ -275,15 +340,32 @@ impl Reader<'_> {
             }
             let index = integer(part).ok_or_else(bad)?;
             let index = match index {
+                0 if k > 0 => {
+                    self.zero_indices.add(line);
+                    continue;
+                }
                 0 => return Err(ObjErrorKind::ZeroIndex(shown(token))),
-                1.. => Index::try_from(index - 1).map_err(|_| bad())?,
-                _ => usize::try_from(counts[k] as i64 + index).map_err(|_| {
-                    let keyword = ["v", "vt", "vn"][k];
-                    ObjErrorKind::OutOfRange { keyword, index, count: counts[k] }
-                })? as Index,
+                1.. => match Index::try_from(index - 1) {
+                    Ok(index) if k == 0 || index != Index::MAX => index,
+                    _ if k > 0 => {
+                        self.absent.add(line);
+                        continue;
+                    }
+                    _ => return Err(bad()),
+                },
+                _ => match usize::try_from(counts[k] as i64 + index) {
+                    Ok(index) => index as Index,
+                    Err(_) if k > 0 => {
+                        self.absent.add(line);
+                        continue;
+                    }
+                    Err(_) => return Err(ObjErrorKind::OutOfRange { index, count: counts[k] }),
+                },
             };
             named[k] = Some(index);
-            self.highest[k].update(index, line);
+            if k == 0 {
+                self.highest.update(index, line);
+            }
         }
         let [position, uv, normal] = named;
         let position = position.filter(|p| *p != Index::MAX).ok_or_else(bad)?;
@@ -314,15 +396,7 @@ fn integer(text: &[u8]) -> Option<i64> {
 /// Parses a number of a `vt` or `vn` line; every spelling of NaN becomes NaN. Exporters write it there, and a mesh with broken
 /// shading can still be denoised.
 fn lenient(token: &[u8]) -> Result<f64, ObjErrorKind> {
-    fast_float2::parse(token).or_else(|_| {
-        let text = token.to_ascii_lowercase();
-        let broken = [&b"nan"[..], b"inf", b"#ind", b"#qnan", b"#snan"];
-        if broken.iter().any(|word| memchr::memmem::find(&text, word).is_some()) {
-            Ok(f64::NAN)
-        } else {
-            Err(ObjErrorKind::NotANumber(shown(token)))
-        }
-    })
+    lenient_number(token).ok_or_else(|| ObjErrorKind::NotANumber(shown(token)))
 }
 
 /// Returns an error if 32 bits cannot count so many elements.

@@ -2,6 +2,7 @@
 
 use crate::mesh::jagged::Index;
 use crate::source::materials::CARRIER_MATERIAL;
+use crate::source::patch::push_number;
 use crate::source::{Corner, MeshData};
 use glam::{DVec3, Vec2, Vec3};
 
@@ -116,11 +117,6 @@ fn push_numbers<const N: usize>(out: &mut Vec<u8>, keyword: &str, numbers: [impl
         push_number(out, x);
     }
     out.extend_from_slice(eol);
-}
-
-/// Appends the shortest decimal that reads back to the same number.
-pub(super) fn push_number(out: &mut Vec<u8>, x: impl ryu::Float) {
-    out.extend_from_slice(ryu::Buffer::new().format(x).as_bytes());
 }
 
 fn push_index(out: &mut Vec<u8>, index: Index) {

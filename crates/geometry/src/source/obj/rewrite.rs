@@ -1,38 +1,13 @@
 //! Writers that copy the bytes of an OBJ file and replace some of its tokens.
 
 use super::Obj;
-use super::print::{carrier_corner, push_attributes, push_corner, push_line, push_number};
+use super::print::{carrier_corner, push_attributes, push_corner, push_line};
 use super::scan::{self, Statement, Statements, Tokens};
 use crate::mesh::jagged::Index;
 use crate::source::Corner;
 use crate::source::materials::CARRIER_MATERIAL;
+use crate::source::patch::{Patch, push_number};
 use glam::{DVec3, Vec2, Vec3};
-use std::ops::Range;
-
-/// Copy of a file in the making, where byte ranges are replaced in ascending order.
-struct Patch<'a> {
-    source: &'a [u8],
-    copied: usize,
-    out: Vec<u8>,
-}
-
-impl<'a> Patch<'a> {
-    fn new(source: &'a [u8]) -> Self {
-        // Numbers in full precision are longer than those that most exporters write.
-        let out = Vec::with_capacity(source.len() + source.len() / 2);
-        Self { source, copied: 0, out }
-    }
-    /// Copies all bytes before `range`, skips `range`, and returns the output, to which the replacement is appended.
-    fn replace(&mut self, range: Range<usize>) -> &mut Vec<u8> {
-        self.out.extend_from_slice(&self.source[self.copied..range.start]);
-        self.copied = range.end;
-        &mut self.out
-    }
-    fn finish(mut self) -> Vec<u8> {
-        self.out.extend_from_slice(&self.source[self.copied..]);
-        self.out
-    }
-}
 
 /// Line ending of a file. A wrong one would join lines: after a line feed, lone carriage returns end no line any more.
 fn end_of_line(bytes: &[u8]) -> &'static [u8] {
@@ -44,8 +19,8 @@ fn end_of_line(bytes: &[u8]) -> &'static [u8] {
 }
 
 /// Replaces those of the first three numbers of a statement whose bits differ.
-fn replace_numbers(patch: &mut Patch, statement: &Statement, before: DVec3, after: DVec3) {
-    let tokens = Tokens::new(patch.source, statement);
+fn replace_numbers(patch: &mut Patch, statement: &Statement, [before, after]: [DVec3; 2]) {
+    let tokens = Tokens::new(patch.source(), statement);
     for (token, (x, y)) in tokens.zip(before.to_array().into_iter().zip(after.to_array())) {
         if x.to_bits() != y.to_bits() {
             push_number(patch.replace(token), y);
@@ -54,6 +29,16 @@ fn replace_numbers(patch: &mut Patch, statement: &Statement, before: DVec3, afte
 }
 
 impl Obj {
+    /// Position of a `v` line before and after; the same if it has none in the file.
+    fn change(&self, v: usize, after: DVec3) -> [DVec3; 2] {
+        let before = self.data.positions[v];
+        if self.data.moves(v as Index, after) { [before, after] } else { [before, before] }
+    }
+    /// Returns whether the statement of a face is in the surface, whose next face is `face`.
+    fn is_face(&self, statement: &Statement, face: usize) -> bool {
+        self.data.face_lines.get(face) == Some(&statement.line)
+    }
+
     /// Returns the file with other positions on its `v` lines (#v×3, model units) and, if given, other normals on its `vn`
     /// lines (#vn×3). Numbers that did not change keep their spelling.
     ///
@@ -66,11 +51,11 @@ impl Obj {
         for statement in Statements::new(&self.bytes) {
             match (&self.bytes[statement.keyword.clone()], normals) {
                 (b"v", _) => {
-                    replace_numbers(&mut patch, &statement, self.data.positions[v], positions[v]);
+                    replace_numbers(&mut patch, &statement, self.change(v, positions[v]));
                     v += 1;
                 }
                 (b"vn", Some(normals)) => {
-                    replace_numbers(&mut patch, &statement, self.data.normals[vn], normals[vn]);
+                    replace_numbers(&mut patch, &statement, [self.data.normals[vn], normals[vn]]);
                     vn += 1;
                 }
                 _ => {}
@@ -101,7 +86,7 @@ impl Obj {
         let eol = end_of_line(&self.bytes);
         let mut patch = Patch::new(&self.bytes);
         let mut faces = CarrierFaces { obj: self, normals, uvs, eol, written: 0, corner: 0 };
-        let (mut v, mut library_named, mut material_named) = (0, false, false);
+        let (mut v, mut face, mut library_named, mut material_named) = (0, 0, false, false);
         for statement in Statements::new(&self.bytes) {
             let whole_line = statement.line_start..statement.line_end;
             let before_line = statement.line_start..statement.line_start;
@@ -112,7 +97,7 @@ impl Obj {
             }
             match keyword {
                 b"v" => {
-                    replace_numbers(&mut patch, &statement, self.data.positions[v], positions[v]);
+                    replace_numbers(&mut patch, &statement, self.change(v, positions[v]));
                     v += 1;
                 }
                 b"vn" | b"mtllib" => {
@@ -122,7 +107,12 @@ impl Obj {
                     patch.replace(whole_line);
                 }
                 b"usemtl" => material_named = true,
+                // What a face with too few corners names may be gone.
+                b"f" | b"fo" if !self.is_face(&statement, face) => {
+                    patch.replace(whole_line);
+                }
                 b"f" | b"fo" => {
+                    face += 1;
                     if !material_named {
                         push_line(patch.replace(before_line), "usemtl", CARRIER_MATERIAL.as_bytes(), eol);
                         material_named = true;
@@ -144,13 +134,14 @@ impl Obj {
         assert_eq!(corners.len(), self.data.faces.items().len(), "one texture coordinate for each corner");
         let eol = end_of_line(&self.bytes);
         let mut patch = Patch::new(&self.bytes);
-        let mut corner = 0;
+        let (mut corner, mut face) = (0, 0);
         for statement in Statements::new(&self.bytes) {
             match &self.bytes[statement.keyword.clone()] {
                 b"vt" => {
                     patch.replace(statement.line_start..statement.line_end);
                 }
-                b"f" | b"fo" => {
+                b"f" | b"fo" if self.is_face(&statement, face) => {
+                    face += 1;
                     if corner == 0 {
                         let out = patch.replace(statement.line_start..statement.line_start);
                         push_attributes(out, &[], Some(uvs), eol);
@@ -162,7 +153,7 @@ impl Obj {
                         corner += 1;
                     }
                 }
-                b"l" => {
+                b"l" | b"f" | b"fo" => {
                     for token in Tokens::new(&self.bytes, &statement) {
                         if let Some(slash) = memchr::memchr(b'/', &self.bytes[token.clone()]) {
                             patch.replace(token.start + slash..token.end);
@@ -193,7 +184,7 @@ impl CarrierFaces<'_> {
     fn write(&mut self, patch: &mut Patch, statement: &Statement, v: usize) {
         // Attributes go just before the first face that may name them, so that no reader has to look ahead.
         self.write_attributes(patch.replace(statement.line_start..statement.line_start), v);
-        for token in Tokens::new(patch.source, statement) {
+        for token in Tokens::new(patch.source(), statement) {
             let named = self.obj.data.faces.items()[self.corner];
             let uv = if self.uvs.is_some() { Some(named.position) } else { named.uv() };
             push_corner(patch.replace(token), carrier_corner(named.position, uv));

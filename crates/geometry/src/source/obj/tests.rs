@@ -1,7 +1,7 @@
 //! Tests of the spellings that files in the wild use, and of the bytes that are written.
 
 use super::*;
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 
 /// Three vertices that a face can name.
 const THREE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
@@ -374,6 +374,54 @@ mod numbers {
         }
     }
 
+    /// What a surface can do without is broken in each way that files have it, each in a face of its own.
+    fn oddities() -> String {
+        format!(
+            "{THREE}v 1 1 0\nv nan 0 0\nvt 0 0\nvt nan 0\nvn 0 0 1\nf 1/1/0 2/1/0 3/1\nf 2/9 4/-9 3/1\nf 2/2 4/1 3//9\nf 1/1/1 2/1/1\nf 1\n"
+        )
+    }
+
+    #[test]
+    fn what_a_surface_can_do_without_may_be_broken() {
+        let obj = parse(oddities());
+        let data = obj.data();
+        assert_eq!((data.faces().len(), data.unplaced()), (3, &[4][..]));
+        let named: Vec<_> = data.faces().items().iter().map(|c| (c.uv(), c.normal())).collect();
+        let (mapped, bare) = ((Some(0), None), (None, None));
+        assert_eq!(named, [mapped, mapped, mapped, bare, bare, mapped, bare, mapped, bare]);
+        let notes = MeshFile::notes(&obj);
+        for (words, line) in [
+            ("2 `f` lines have fewer than three corners", 12),
+            ("2 corners have an index 0", 9),
+            ("4 corners name a `vt` or `vn` that does not exist or is not finite", 10),
+            ("1 `v` line that no face uses is not finite", 5),
+        ] {
+            let told = notes.iter().any(|note| note.starts_with(words) && note.ends_with(&format!("line {line}")));
+            assert!(told, "{words}, line {line}: {notes:?}");
+        }
+        assert!(MeshFile::notes(&parse(format!("{THREE}f 1 2 3\n"))).is_empty());
+    }
+
+    #[test]
+    fn what_is_broken_stays_and_a_carrier_is_whole() {
+        let text = oddities();
+        let obj = parse(text.clone());
+        let moved: Vec<DVec3> = obj.data().positions().iter().map(|p| *p + DVec3::Z).collect();
+        let out = String::from_utf8(obj.with_positions(&moved, None)).unwrap();
+        assert_eq!(out.lines().skip(4).collect::<Vec<_>>(), text.lines().skip(4).collect::<Vec<_>>());
+        let carrier = parse(String::from_utf8(obj.carrier(&moved, &[Vec3::Z; 5], None, "a.mtl")).unwrap());
+        let corners = |obj: &Obj| obj.data().faces().items().iter().map(|c| (c.position, c.uv())).collect::<Vec<_>>();
+        assert_eq!(corners(&carrier), corners(&obj));
+        assert_eq!(
+            MeshFile::notes(&carrier).len(),
+            1,
+            "the vertex that is not finite: {:?}",
+            MeshFile::notes(&carrier)
+        );
+        let uvs = parse(String::from_utf8(obj.with_uvs(&[Vec2::ONE], &[0; 9])).unwrap());
+        assert!(uvs.data().faces().items().iter().all(|c| c.uv() == Some(0)));
+    }
+
     #[test]
     fn normals_keep_their_length() {
         let obj = parse(format!("{THREE}vn 0 0 2\nvn 0 0 0\nf 1//1 2//2 3//1\n"));
@@ -420,10 +468,10 @@ mod errors {
 
     #[test]
     fn a_coordinate_that_is_not_finite() {
-        for token in ["nan", "NaN", "-nan", "inf", "-Infinity", "1e309"] {
-            assert_eq!(error(format!("v 0 0 0\nv 1 {token} 0\n")), (Some(2), NotFinite(token.to_owned())));
+        for token in ["nan", "NaN", "-nan", "inf", "-Infinity", "1e309", "-1.#IND"] {
+            let text = format!("v 0 0 0\nv 1 {token} 0\nv 0 1 0\nf 1 2 3\n");
+            assert_eq!(error(text), (Some(2), NotFinite(token.to_owned())));
         }
-        assert_eq!(error("v -1.#IND 0 0\n"), (Some(1), NotANumber("-1.#IND".to_owned())));
     }
 
     #[test]
@@ -440,13 +488,6 @@ mod errors {
     }
 
     #[test]
-    fn too_few_corners() {
-        for (face, found) in [("f", 0), ("f 1", 1), ("f 1 2", 2), ("f 1 2 # 3", 2)] {
-            assert_eq!(error(format!("{THREE}{face}\n")), (Some(4), TooFewCorners(found)));
-        }
-    }
-
-    #[test]
     fn no_corner() {
         for corner in ["x", "1.0", "1/2/3/4", "/1", "//1", "/", "1/x", "--1", "-", "1e0", "99999999999999999999"] {
             assert_eq!(error(format!("{THREE}f 1 2 {corner}\n")), (Some(4), BadCorner(corner.to_owned())));
@@ -455,35 +496,36 @@ mod errors {
 
     #[test]
     fn index_zero() {
-        for corner in ["0", "1/0", "1//0", "-0"] {
+        for corner in ["0", "-0", "0/1/1"] {
             assert_eq!(error(format!("{THREE}f 1 2 {corner}\n")), (Some(4), ZeroIndex(corner.to_owned())));
         }
     }
 
     #[test]
     fn an_index_out_of_range() {
-        let cases =
-            [("4", "v", 4, 3), ("1/2", "vt", 2, 1), ("1//3", "vn", 3, 2), ("4294967295", "v", 4_294_967_295, 3)];
-        for (corner, keyword, index, count) in cases {
+        for (corner, index) in [("4", 4), ("4294967295", 4_294_967_295)] {
             let text = format!("{THREE}vt 0 0\nvn 0 0 1\nvn 0 0 1\nf 1 2 3\nf 1 2 {corner}\nf 3 2 1\n");
-            assert_eq!(error(text), (Some(8), OutOfRange { keyword, index, count }));
+            assert_eq!(error(text), (Some(8), OutOfRange { index, count: 3 }));
         }
     }
 
     #[test]
     fn a_negative_index_before_the_first_line() {
-        for (corner, keyword, index, count) in [("-4", "v", -4, 3), ("1/-1", "vt", -1, 0), ("1//-1", "vn", -1, 0)] {
-            // Lines that come later do not help.
-            let text = format!("{THREE}f 1 2 {corner}\nv 1 1 1\nvt 0 0\nvn 0 0 1\n");
-            assert_eq!(error(text), (Some(4), OutOfRange { keyword, index, count }));
-        }
+        // Lines that come later do not help.
+        let text = format!("{THREE}f 1 2 -4\nv 1 1 1\n");
+        assert_eq!(error(text), (Some(4), OutOfRange { index: -4, count: 3 }));
     }
 
     #[test]
     fn an_index_beyond_32_bits() {
         // One less would be the number that stands for "absent".
-        for corner in ["4294967296", "4294967297", "1/4294967296", "1//-4294967296"] {
-            assert_eq!(error(format!("{THREE}vt 0 0\nvn 0 0 1\nf 1 2 {corner}\n")).0, Some(6), "{corner}");
+        let text = |corner: &str| format!("{THREE}vt 0 0\nvn 0 0 1\nf 1 2 {corner}\n");
+        for corner in ["4294967296", "4294967297"] {
+            assert_eq!(error(text(corner)).0, Some(6), "{corner}");
+        }
+        for corner in ["1/4294967296", "1/4294967297", "1//-4294967296"] {
+            let notes = MeshFile::notes(&parse(text(corner))).to_vec();
+            assert!(notes[0].starts_with("1 corner names a `vt` or `vn` that does not exist"), "{corner}: {notes:?}");
         }
     }
 
@@ -648,6 +690,20 @@ mod writing {
         let once = ["vn", "vn", "vn", "f"];
         let expected = [&["v", "v", "v", "mtllib", "usemtl"][..], &once, &["v", "v", "v"], &once].concat();
         assert_eq!(keywords, expected);
+    }
+
+    #[test]
+    fn a_nul_in_a_comment_does_not_keep_what_is_written_from_being_read() {
+        // The carrier lacks the `vt` lines before it, so that the NUL comes near its start.
+        let uvs = "vt 0.123456 0.654321\n".repeat(300);
+        let text = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\n{uvs}# \0\nf 1/1 2/2 3/3\n");
+        assert!(text.find('\0').unwrap() > 4096);
+        let obj = Obj::parse(text.into()).unwrap();
+        let carrier = obj.carrier(obj.data().positions(), &[Vec3::Z; 3], Some(&[Vec2::ZERO; 3]), "m.mtl");
+        assert!(Obj::parse(carrier).is_ok());
+        // What cannot be read is called by its name.
+        let binary = Obj::parse(b"v 0 0 0\n\0\0\0".to_vec()).unwrap_err();
+        assert_eq!(binary.kind, ObjErrorKind::Binary { offset: 8 });
     }
 
     #[test]

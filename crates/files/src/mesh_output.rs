@@ -1,0 +1,79 @@
+//! Meshes written to files, in the format that the name of the file asks for.
+
+use crate::compression;
+use crate::failure::Failure;
+use crate::input;
+use crate::text::shown;
+use planish_geometry::source::format::Format;
+use planish_geometry::source::materials;
+use planish_geometry::source::{Source, Written};
+use std::path::Path;
+
+/// Rounding of positions, in mean edge lengths, above which people are told about it.
+const MUCH: f64 = 1e-3;
+
+/// Format of an output file: the one that its extension stands for, else that of the source.
+fn format(path: &Path, source: &Source) -> Format {
+    input::format_of(path).unwrap_or_else(|| source.format())
+}
+
+/// Writes a mesh into memory, with other positions (#v×3, model units) and, if given, other normals (#vn×3), as the file `path`
+/// should have it. Fails if the format cannot hold it.
+///
+/// # Panics
+/// If there is not one position for each source vertex, or not one normal for each normal of the source.
+pub fn write(
+    path: &Path,
+    source: &Source,
+    positions: &[glam::DVec3],
+    normals: Option<&[glam::DVec3]>,
+) -> Result<Written, Failure> {
+    let format = format(path, source);
+    let mut written = source.written_as(format, positions, normals);
+    if !written.rounding.is_finite() {
+        return Err(Failure::at(
+            path,
+            "a position is too large for single precision, which the file has; write OBJ instead",
+        ));
+    }
+    if format == Format::Glb && u32::try_from(written.bytes.len()).is_err() {
+        return Err(Failure::at(path, "a binary glTF file of more than 4 GiB cannot be written"));
+    }
+    if compression::is_compressed_name(path) {
+        written.bytes = compression::compressed(&written.bytes);
+    }
+    Ok(written)
+}
+
+/// Lists what people should know about a mesh that was read from `input` and written to `path`: what was left behind, names that
+/// lead to nothing from there, and rounding that shows. `mean_edge` is in model units.
+pub fn warnings(path: &Path, input: &Path, source: &Source, written: &Written, mean_edge: f64) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if format(path, source) == source.format() {
+        warnings.extend(dangling(path, input, source));
+    }
+    let named = format(path, source).name().to_uppercase();
+    if !written.lost.is_empty() {
+        warnings.push(format!(
+            "{}: {named} has no place for what the source has: {}",
+            shown(path),
+            written.lost.join(", ")
+        ));
+    }
+    if written.rounding > MUCH * mean_edge {
+        let edges = written.rounding / mean_edge;
+        warnings.push(format!("{}: positions are rounded by up to {edges:.2} mean edge lengths", shown(path)));
+    }
+    warnings
+}
+
+/// Warns if the mesh names files that lie beside the input and not beside the output.
+fn dangling(path: &Path, input: &Path, source: &Source) -> Option<String> {
+    let file = source.file()?;
+    let libraries = file.material_libraries().iter().map(|name| String::from_utf8_lossy(name).into_owned());
+    let inside = materials::textures(&file.embedded_library()).into_iter();
+    let textures = inside.filter(|texture| file.embedded_texture(texture).is_none());
+    let is_lost = |name: &String| input.with_file_name(name).is_file() && !path.with_file_name(name).is_file();
+    let lost: Vec<String> = libraries.chain(textures).filter(is_lost).collect();
+    (!lost.is_empty()).then(|| format!("{}: names {}, which lies beside the input alone", shown(path), lost.join(", ")))
+}

@@ -1,0 +1,190 @@
+//! Carrier of a mesh that came as glTF: its own document with the map added, so that materials, textures, skins, animations,
+//! other morph targets and whatever else the file has stay.
+
+use super::glb::Buffer;
+use super::materials::Materials;
+use super::{Carrier, GltfError, TARGET, Textures, finite};
+use crate::map::displacement::MapKind;
+use crate::source::gltf::{Block, Gltf, index, list};
+use glam::{DMat3, DVec3, Vec2, Vec3};
+use rustc_hash::FxHashMap;
+use serde_json::{Map as Object, Value, json};
+
+/// Accessors that the vertices of a block get.
+struct Added {
+    normals: usize,
+    samples: usize,
+    target: Value,
+}
+
+/// Writes the document of the source with, for each vertex of the surface, the normal that the map displaces along, the place
+/// where it samples the map, and the denoised position as the last morph target. `None` if the document cannot have that: a buffer
+/// has no bytes, or an animation gives weights to morph targets, whose number would be wrong.
+pub(super) fn glb(carrier: &Carrier, gltf: &Gltf, textures: Textures) -> Result<Option<Vec<u8>>, GltfError> {
+    let Some((mut document, mut buffer)) = opened(gltf) else { return Ok(None) };
+    let set = next_set(&Value::Object(document.clone())).max(1);
+    let mut materials = Materials::continuing(&mut buffer, carrier, &mut document, set);
+    materials.embed_images(&mut buffer, textures, carrier.relocate);
+    let describes = carrier.map.entry.get("map").is_none_or(|kind| can_describe(gltf, kind));
+    let mut added: FxHashMap<usize, Added> = FxHashMap::default();
+    for block in gltf.position_blocks() {
+        added.insert(block.index, add(carrier, gltf, block, &mut buffer)?);
+    }
+    let counts: Vec<usize> = accessor_counts(gltf);
+    let mut meshes = match document.remove("meshes") {
+        Some(Value::Array(meshes)) => meshes,
+        _ => Vec::new(),
+    };
+    let mut targets_of_meshes = Vec::new();
+    for mesh in &mut meshes {
+        let own = list(mesh, "primitives").iter().map(|p| list(p, "targets").len()).max().unwrap_or(0);
+        let is_baked =
+            |p: &Value| is_surface(p) && index(&p["attributes"]["POSITION"]).is_some_and(|i| added.contains_key(&i));
+        if !list(mesh, "primitives").iter().any(is_baked) {
+            targets_of_meshes.push(None);
+            continue;
+        }
+        targets_of_meshes.push(Some(own));
+        for primitive in mesh["primitives"].as_array_mut().into_iter().flatten().filter(|p| p.is_object()) {
+            let position = index(&primitive["attributes"]["POSITION"]);
+            let target = match position.and_then(|i| added.get(&i)).filter(|_| is_surface(primitive)) {
+                Some(added) => {
+                    primitive["attributes"]["NORMAL"] = added.normals.into();
+                    // Sets are numbered from 0 without gaps.
+                    for k in 0..=set {
+                        let name = format!("TEXCOORD_{k}");
+                        if k == set || primitive["attributes"][&name].is_null() {
+                            primitive["attributes"][&name] = added.samples.into();
+                        }
+                    }
+                    if describes {
+                        primitive["material"] = materials.describe(index(&primitive["material"])).into();
+                    }
+                    added.target.clone()
+                }
+                None => {
+                    let count = position.and_then(|i| counts.get(i).copied()).unwrap_or(0);
+                    json!({ "POSITION": buffer.zeros(count) })
+                }
+            };
+            let mut targets = list(primitive, "targets").to_vec();
+            targets.push(target);
+            primitive["targets"] = targets.into();
+        }
+        let mut names: Vec<Value> = list(&mesh["extras"], "targetNames").to_vec();
+        names.extend((names.len()..own).map(|k| format!("target-{k}").into()));
+        names.truncate(own);
+        names.push(TARGET.into());
+        let weights = with_weight(mesh, own, carrier.lambda);
+        mesh["weights"] = weights;
+        if !mesh["extras"].is_object() {
+            mesh["extras"] = json!({});
+        }
+        mesh["extras"]["targetNames"] = names.into();
+    }
+    document.insert("meshes".to_owned(), meshes.into());
+    for node in document.get_mut("nodes").and_then(Value::as_array_mut).into_iter().flatten() {
+        let own = index(&node["mesh"]).and_then(|mesh| targets_of_meshes.get(mesh).copied().flatten());
+        if let (Some(own), true) = (own, node["weights"].is_array()) {
+            node["weights"] = with_weight(node, own, carrier.lambda);
+        }
+    }
+    materials.insert_into(&mut document);
+    Ok(Some(buffer.finish(document)?))
+}
+
+/// Returns whether the map can be described to clients, which displace in the numbers of the file: heights need meshes that their
+/// nodes do not scale, vectors in object space meshes that they do not turn either.
+fn can_describe(gltf: &Gltf, kind: &Value) -> bool {
+    let turns = *kind != json!(MapKind::VectorObject);
+    gltf.position_blocks().iter().all(|block| {
+        let matrix = block.place.matrix3;
+        matrix == DMat3::IDENTITY || (turns && (matrix * matrix.transpose()).abs_diff_eq(DMat3::IDENTITY, 1e-9))
+    })
+}
+
+/// Document of the source without its buffers, and one buffer with all of their bytes.
+fn opened(gltf: &Gltf) -> Option<(Object<String, Value>, Buffer)> {
+    let mut document = gltf.document().as_object()?.clone();
+    let animates = |a: &Value| list(a, "channels").iter().any(|c| c["target"]["path"] == "weights");
+    if list(gltf.document(), "animations").iter().any(animates) {
+        return None;
+    }
+    let (mut bytes, mut starts) = (Vec::new(), Vec::new());
+    for (i, entry) in list(gltf.document(), "buffers").iter().enumerate() {
+        let length = index(&entry["byteLength"])?;
+        bytes.resize(usize::next_multiple_of(bytes.len(), 4), 0);
+        starts.push(bytes.len());
+        bytes.extend_from_slice(gltf.buffer(i).get(..length)?);
+    }
+    let mut take = |name: &str| match document.remove(name) {
+        Some(Value::Array(list)) => list,
+        _ => Vec::new(),
+    };
+    let (mut views, accessors) = (take("bufferViews"), take("accessors"));
+    document.remove("buffers");
+    for view in &mut views {
+        let start = starts.get(index(&view["buffer"])?)?;
+        view["byteOffset"] = start.checked_add(index(&view["byteOffset"]).unwrap_or(0))?.into();
+        view["buffer"] = 0.into();
+    }
+    Some((document, Buffer::continuing(bytes, views, accessors)))
+}
+
+/// Number of values of each accessor.
+fn accessor_counts(gltf: &Gltf) -> Vec<usize> {
+    list(gltf.document(), "accessors").iter().map(|accessor| index(&accessor["count"]).unwrap_or(0)).collect()
+}
+
+/// Returns whether a primitive is made of triangles.
+fn is_surface(primitive: &Value) -> bool {
+    primitive["mode"].as_u64().unwrap_or(4) >= 4
+}
+
+/// First set of texture coordinates that no primitive has.
+fn next_set(document: &Value) -> usize {
+    let of_primitive = |p: &Value| {
+        let names = p["attributes"].as_object().into_iter().flatten().map(|(name, _)| name);
+        let set = |name: &String| name.strip_prefix("TEXCOORD_")?.parse().ok();
+        names.filter_map(set).map(|set: usize| set.min(100) + 1).max().unwrap_or(0)
+    };
+    let primitives = list(document, "meshes").iter().flat_map(|mesh| list(mesh, "primitives"));
+    primitives.map(of_primitive).max().unwrap_or(0)
+}
+
+/// Weights of a mesh or node that has `own` morph targets, and of one more.
+fn with_weight(of: &Value, own: usize, lambda: f64) -> Value {
+    let mut weights = list(of, "weights").to_vec();
+    weights.resize(own, 0.0.into());
+    weights.push(lambda.into());
+    weights.into()
+}
+
+/// Adds what the vertices of a block get.
+fn add(carrier: &Carrier, gltf: &Gltf, block: &Block, buffer: &mut Buffer) -> Result<Added, GltfError> {
+    let vertex_of = carrier.model.weld().vertex_of();
+    let (mut normals, mut samples, mut moves, mut turns) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let unit = |n: DVec3| block.local_normal(n).try_normalize().unwrap_or(DVec3::Z);
+    for (k, source) in block.values().enumerate() {
+        let v = vertex_of[source] as usize;
+        let normal =
+            if carrier.normals[v] == Vec3::ZERO { Vec3::Z } else { unit(carrier.normals[v].as_dvec3()).as_vec3() };
+        let denoised_normal = match carrier.denoised_normals[v] {
+            DVec3::ZERO => normal,
+            n => unit(n).as_vec3(),
+        };
+        normals.push(normal.to_array());
+        let sample = carrier.sample_at[source].map_or(Vec2::ZERO, |p| Vec2::new(p.x, 1.0 - p.y));
+        samples.push(finite(sample));
+        let stored = block.stored(gltf, k);
+        let is_placed = carrier.model.data().unplaced().binary_search(&(source as u32)).is_err();
+        let change = if is_placed { block.local(carrier.denoised[v]) - stored } else { DVec3::ZERO };
+        moves.push(change.as_vec3().to_array());
+        turns.push((denoised_normal - normal).to_array());
+    }
+    if [&normals, &moves].iter().any(|values| !values.as_flattened().iter().all(|x| x.is_finite())) {
+        return Err(GltfError::NotFinite);
+    }
+    let target = json!({ "POSITION": buffer.attribute(&moves), "NORMAL": buffer.attribute(&turns) });
+    Ok(Added { normals: buffer.attribute(&normals), samples: buffer.attribute(&samples), target })
+}
