@@ -8,6 +8,8 @@
 //! Cascades of regressions of filtered normals are from Wang, Liu, Tong, *Mesh Denoising via Cascaded Normal Regression*, ACM
 //! Transactions on Graphics 35 (6), 2016. The candidates, clusters, gate and training are our own; see `docs/learned.md`.
 
+#![allow(clippy::collapsible_if, clippy::redundant_closure_for_method_calls, clippy::redundant_closure)]
+
 mod clusters;
 mod features;
 mod network;
