@@ -12,6 +12,8 @@
 //! With `--others`, the samples are those of the network that mixes in what `auto` finds without it. The displacements that it finds
 //! are read from that folder, where `--make-others` writes them; pieces without any are left out.
 
+mod npy;
+
 use glam::{DVec3, Vec3};
 use planish_geometry::denoise::{Denoiser, FaceSamples, LearnedWeights, learned_samples};
 use planish_geometry::mesh::jagged::{Index, Ragged};
@@ -85,7 +87,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let rows: usize = pieces.iter().map(|piece| piece.samples.normals.len()).sum();
     let width = pieces.first().map_or(0, |piece| piece.samples.features.len() / piece.samples.normals.len().max(1));
     let mut file = std::io::BufWriter::new(std::fs::File::create(named(".features.npy"))?);
-    file.write_all(&npy_head("<f2", rows, width))?;
+    file.write_all(&npy::head("<f2", rows, width))?;
     for piece in &pieces {
         let mut bytes = vec![0; 2 * piece.samples.features.len()];
         for (bytes, x) in bytes.as_chunks_mut().0.iter_mut().zip(&piece.samples.features) {
@@ -95,7 +97,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     file.flush()?;
     let mut file = std::io::BufWriter::new(std::fs::File::create(named(".targets.npy"))?);
-    file.write_all(&npy_head("<f4", rows, 4))?;
+    file.write_all(&npy::head("<f4", rows, 4))?;
     for (number, piece) in pieces.iter().enumerate() {
         for normal in &piece.samples.normals {
             let [x, y, z] = normal;
@@ -292,17 +294,4 @@ fn moved(clean: &Surface, noise: &SyntheticNoise) -> Option<Surface> {
         }
         Disturbed::Remeshed(_) => None,
     }
-}
-
-/// Head of a file of NumPy, version 1.0 of its format.
-fn npy_head(dtype: &str, rows: usize, columns: usize) -> Vec<u8> {
-    let mut header = format!("{{'descr': '{dtype}', 'fortran_order': False, 'shape': ({rows}, {columns}), }}");
-    while (10 + header.len() + 1) % 64 != 0 {
-        header.push(' ');
-    }
-    header.push('\n');
-    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-    bytes.extend((header.len() as u16).to_le_bytes());
-    bytes.extend(header.as_bytes());
-    bytes
 }

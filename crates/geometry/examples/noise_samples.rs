@@ -6,6 +6,8 @@
 //!
 //! FOLDER holds clean meshes, OBJ. Each is disturbed by noise of many kinds, and is a sample without noise as well.
 
+mod npy;
+
 use planish_geometry::denoise::{RegionSample, noise_samples};
 use planish_geometry::mesh::surface::Surface;
 use planish_geometry::mesh::synthetic_noise::{Direction, Disturbed, SyntheticKind, SyntheticNoise, disturb};
@@ -48,7 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     meshes.sort();
     let rows = meshes.par_iter().enumerate().map(|(mesh, path)| of_mesh(mesh, path).unwrap_or_default());
     let rows: Vec<Vec<f32>> = rows.flatten_iter().collect();
-    std::fs::write(&output, npy(&rows))?;
+    std::fs::write(&output, file_of(&rows))?;
     let names = meshes.iter().filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned() + "\n"));
     std::fs::write(output.with_extension("txt"), names.collect::<String>())?;
     Ok(())
@@ -101,17 +103,9 @@ fn noisy(clean: &Surface, noise: &SyntheticNoise) -> Result<Surface, Box<dyn Err
     }
 }
 
-/// Rows as a file of NumPy, version 1.0 of its format, in single precision.
-fn npy(rows: &[Vec<f32>]) -> Vec<u8> {
-    let columns = rows.first().map_or(0, Vec::len);
-    let mut header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({}, {columns}), }}", rows.len());
-    while (10 + header.len() + 1) % 64 != 0 {
-        header.push(' ');
-    }
-    header.push('\n');
-    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-    bytes.extend((header.len() as u16).to_le_bytes());
-    bytes.extend(header.as_bytes());
+/// Rows as a file of NumPy, in single precision.
+fn file_of(rows: &[Vec<f32>]) -> Vec<u8> {
+    let mut bytes = npy::head("<f4", rows.len(), rows.first().map_or(0, Vec::len));
     bytes.extend(rows.iter().flatten().flat_map(|x| x.to_le_bytes()));
     bytes
 }

@@ -17,7 +17,7 @@ pub(crate) struct NoiseArgs {
     #[arg(value_name = "CLEAN")]
     pub(crate) input: PathBuf,
     /// Output file for the noisy mesh; `-` for stdout
-    #[arg(short, long, value_name = "NOISY.obj|-")]
+    #[arg(short, long, value_name = "NOISY|-")]
     pub(crate) output: PathBuf,
     /// Output file for the clean counterpart of the noisy mesh, for kinds that make a mesh with vertices of its own
     #[arg(long, value_name = "CLEAN-OUT.obj")]

@@ -12,8 +12,10 @@
 //!
 //! Noise along the normals, as that of scanners, leaves the tangential positions of vertices alone. The finest band says how
 //! much tangential noise there can be at most, and the data terms of the candidates are stiffer in tangential directions
-//! accordingly. The mixture and the learned filter are then put together by a network of that filter (see `auto/with_learned.rs`),
-//! unless settings tell what the noise is or which candidates to take. Spikes of single vertices are no data; noise of coordinates that were rounded stays within half a step.
+//! accordingly. Spikes of single vertices are no data; noise of coordinates that were rounded stays within half a step.
+//!
+//! The mixture and the learned filter are then put together by a network of that filter (see `auto/with_learned.rs`), unless settings
+//! tell what the noise is or which candidates to take.
 
 mod candidates;
 mod evaluate;
@@ -297,16 +299,19 @@ pub fn choose(
     let mixed = |v: usize| shares.iter().zip(&offsets).map(|(share, of)| share.share * of[v]).sum::<DVec3>();
     let mut mixed: Vec<DVec3> = (0..input.len()).map(mixed).collect();
     connectivity.unfold(&data, &mut mixed, &noise);
-    let bounded = noise.bound(&mut mixed);
+    let mut bounded = noise.bound(&mut mixed);
     let mut deltas = connectivity.undo_flips(&data, mixed, &noise);
     let mut learned_share = 0.0;
     let trust = settings.trust_in_learned();
-    // Where few vertices were hit, or heights rounded, the estimate knows more of the noise than the filter was told.
+    // Where few vertices were hit, or heights rounded, the estimate knows more of the noise than the filter was told. Without a measured
+    // field, as on depth images with shared noise, nothing says where the filter may act.
     let is_known_better = hit > 0.0 || noise.correlation > 0 && noise.half_step.min_element().is_finite();
-    if is_noisy && trust > 0.0 && !is_known_better && candidates != [Candidate::Stay] {
+    let may_act = is_noisy && noise.is_measured && !is_known_better;
+    if may_act && trust > 0.0 && candidates != [Candidate::Stay] {
         let cleaned = surface.at(data.clone());
         if let Some(found) = with_learned(&cleaned, &connectivity, &noise, &deltas, progress)? {
             learned_share = trust * found.share;
+            bounded = found.bounded;
             deltas.iter_mut().zip(found.deltas).for_each(|(delta, learned)| *delta = delta.lerp(learned, trust));
         }
     }

@@ -6,10 +6,10 @@
 //! so that clean parts stay. The next stage starts from there, with the normals of the last one as its guidance.
 //!
 //! Cascades of regressions of filtered normals are from Wang, Liu, Tong, *Mesh Denoising via Cascaded Normal Regression*, ACM
-//! Transactions on Graphics 35 (6), 2016. The candidates, clusters, gate and training are our own; see `docs/learned.md`.
+//! Transactions on Graphics 35 (6), 2016. The candidates, clusters, gate and training are our own; see
+//! `training/README.md` of this crate.
 
-#![allow(clippy::collapsible_if, clippy::redundant_closure_for_method_calls, clippy::redundant_closure)]
-
+mod around;
 mod clusters;
 mod features;
 mod network;
@@ -57,7 +57,7 @@ const LAST: [Sweeps; 2] = [
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Learned {
-    /// Where vertices may go.
+    /// Where vertices may go: anywhere, or along one normal each.
     pub motion: Motion,
     /// Treatment of the boundary of an open mesh.
     pub boundary: Boundary,
@@ -79,7 +79,7 @@ pub(super) const PARAMETERS: &[Parameter] = &[MOTION, BOUNDARY];
 impl DenoiseMethod for Learned {
     const INFO: MethodInfo = MethodInfo {
         name: "learned",
-        summary: "Small networks that choose among filtered normals: for noise of any kind, leaves alone what looks clean",
+        summary: "Small networks that choose among filtered normals: for noise of any kind; clean meshes may change, too",
         reference: Some(Reference {
             cite: "after Wang et al. 2016",
             title: "Mesh denoising via cascaded normal regression. ACM Transactions on Graphics 35 (6)",
@@ -181,7 +181,7 @@ fn own_frames(mesh: &TriangleMesh, positions: &[DVec3]) -> Vec<(DVec3, f64)> {
     component.iter().map(frame).collect()
 }
 
-/// What the filter makes of a surface together with another method.
+/// Result of the learned filter and another method together.
 pub(super) struct Fused {
     /// Displacements δ = p − p*. #V×3, model units
     pub(super) deltas: Vec<DVec3>,
@@ -285,7 +285,7 @@ impl<'a> Cascade<'a> {
                 self.positions[v as usize] = self.input[v as usize];
             }
         }
-        let normal = |(found, input): (&Found, &DVec3)| found.normal.map_or(*input, |n| n.as_dvec3());
+        let normal = |(found, input): (&Found, &DVec3)| found.normal.map_or(*input, Vec3::as_dvec3);
         let normals: Vec<DVec3> = found.iter().zip(&self.input_faces.normals).map(normal).collect();
         let before = self.positions.clone();
         for sweeps in sweeps {

@@ -61,9 +61,8 @@ fn settings_of(denoiser: &Denoiser, name: &str) -> Option<serde_json::Value> {
 /// How far results may be apart for inputs that are alike but for rounding, model units.
 fn rounding(denoiser: &Denoiser) -> f64 {
     match denoiser {
-        // Features are of single precision, clusters begin at the faces with the lowest numbers, and of faces at the rim of a search the
-        // last digit decides which count.
-        Denoiser::Learned(_) | Denoiser::Auto(Auto { boundary: Boundary::Free, .. }) => 0.05,
+        // Features are of single precision.
+        Denoiser::Learned(_) | Denoiser::Auto(Auto { boundary: Boundary::Free, .. }) => 1e-4,
         // Conjugate gradients end when 1e-8 of the pull is left, one step sooner or later.
         _ if settings_of(denoiser, "scheme").is_some_and(|scheme| scheme == "least-squares") => 1e-7,
         // Single precision rounds other digits of normals that are turned.

@@ -1,6 +1,7 @@
 //! Tests of the automatic method.
 
 use super::*;
+use crate::denoise::Denoiser;
 use crate::denoise::face_geometry::FaceGeometry;
 use crate::denoise::triangle_mesh::TriangleMesh;
 use crate::mesh::shapes;
@@ -289,4 +290,31 @@ fn terraces_of_rounded_heights_become_a_slope() {
     assert!(deltas.iter().all(|delta| delta.z.abs() <= 0.5 * step + 1e-9), "{choice}");
     let [before, after] = [terraces.positions(), &result].map(|positions| off(&clean, positions));
     assert!(after < 0.5 * before, "{before} {after} {choice}");
+}
+
+#[test]
+fn the_learned_filter_has_a_say_unless_noise_or_candidates_are_told() {
+    let clean = shapes::gridded_box(16);
+    let noisy = noisy(&clean, 0.2);
+    let share = |settings: &Auto| {
+        let (_, choice) = choose(&noisy, settings, &Silent).unwrap();
+        assert!((choice.candidates.iter().map(|c| c.share).sum::<f64>() - 1.0).abs() < 1e-9, "{choice}");
+        choice.candidates.iter().find(|c| c.candidate == Candidate::Learned).map_or(0.0, |c| c.share)
+    };
+    let usual = share(&Auto::default());
+    assert!(usual > 0.1, "{usual}");
+    let half = share(&Auto { strength: 0.5, ..Auto::default() });
+    assert!(half > 0.0 && half < usual, "{half} {usual}");
+    assert_eq!(share(&Auto { noise: Some(0.2), ..Auto::default() }), 0.0);
+    assert_eq!(share(&Auto { candidates: Some(vec![Candidate::Flat, Candidate::Smooth]), ..Auto::default() }), 0.0);
+}
+
+#[test]
+fn the_learned_filter_told_by_name_is_the_method() {
+    let clean = shapes::gridded_box(16);
+    let noisy = noisy(&clean, 0.2);
+    let alone = Auto { noise: Some(0.2), candidates: Some(vec![Candidate::Learned]), ..Auto::default() };
+    let [by_name, method] = [alone.deltas(&noisy, &Silent), Denoiser::Learned(<_>::default()).deltas(&noisy, &Silent)]
+        .map(|deltas| off(&clean, &noisy.moved_by(&deltas.unwrap())));
+    assert!((by_name - method).abs() < 0.05 * method, "{by_name} {method}");
 }

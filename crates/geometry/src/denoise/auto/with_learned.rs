@@ -3,8 +3,8 @@
 //! It is asked only where the estimate found noise, so what is left alone stays so. White noise that was taken off is still white: where
 //! a result takes off something that neighbours share, it takes shape off (the residual whiteness principle). Then the mixture stands.
 
-use super::super::learned;
 use crate::denoise::connectivity::Connectivity;
+use crate::denoise::learned;
 use crate::denoise::noise_field::NoiseField;
 use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};
@@ -16,6 +16,8 @@ pub(super) struct WithLearned {
     pub(super) deltas: Vec<DVec3>,
     /// Share of the learned filter in it, 0..=1.
     pub(super) share: f64,
+    /// Number of vertices that went as far as their noise can have pushed them.
+    pub(super) bounded: usize,
 }
 
 /// By how much more the displacements of neighbours may be alike than those of the mixture, in white noise. On pieces of training
@@ -34,7 +36,7 @@ pub(super) fn with_learned(
     let fixed = noise.relative.iter().map(|sigma| *sigma == 0.0).collect();
     let Some(fused) = learned::fused(surface, &connectivity.mesh, fixed, mixture, progress)? else { return Ok(None) };
     let mut offsets: Vec<DVec3> = fused.deltas.iter().map(|delta| -*delta).collect();
-    noise.bound(&mut offsets);
+    let bounded = noise.bound(&mut offsets);
     let deltas: Vec<DVec3> = offsets
         .iter()
         .zip(mixture)
@@ -45,7 +47,7 @@ pub(super) fn with_learned(
     if noise.correlation == 0 && after - before > MORE_ALIKE {
         return Ok(None);
     }
-    Ok(Some(WithLearned { deltas, share: 1.0 - fused.others_share }))
+    Ok(Some(WithLearned { deltas, share: 1.0 - fused.others_share, bounded }))
 }
 
 /// Correlation between neighbours of the displacements along the normals of the result; 0 where nothing moves.

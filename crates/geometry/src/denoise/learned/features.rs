@@ -5,8 +5,11 @@
 //! normals, as in bilateral filters. The means over 25 of them follow Wang et al. 2016, *Mesh Denoising via Cascaded Normal
 //! Regression*; wide scales look at clusters of faces instead of faces.
 
+use super::around::{
+    Around, CAPACITY, List, put, scale_by, weighted_product, weighted_sum, write_exp, write_fourth_power,
+};
 use super::clusters::{Fine, Level};
-use super::simd::{LANES, exp, total, vectorised};
+use super::simd::{exp, vectorised};
 use crate::denoise::face_geometry::FaceGeometry;
 use crate::denoise::triangle_mesh::TriangleMesh;
 use crate::mesh::jagged::{Index, Ragged};
@@ -18,7 +21,7 @@ const WIDEST: f32 = 2.8;
 /// Reach of the search for faces, in deviations of the widest Gaussian.
 const REACH: f32 = 1.7;
 /// Largest number of faces that are looked at around a face.
-const MOST_FACES: usize = 180;
+pub(super) const MOST_FACES: usize = 180;
 /// Largest number of clusters of each level that are looked at.
 const MOST_CLUSTERS: usize = 96;
 /// Deviations of the Gaussians over the two levels of clusters, in scales of the face.
@@ -163,159 +166,6 @@ impl Default for Scratch {
             weights: Box::new([[0.0; CAPACITY]; SCALES]),
             // The first one stays: it has no regard for normals.
             range: Box::new([ones; FILTERS]),
-        }
-    }
-}
-
-/// Numbers of what is around a face.
-type List = [f32; CAPACITY];
-/// Room for faces or clusters, in whole lanes.
-const CAPACITY: usize = MOST_FACES.next_multiple_of(LANES);
-
-/// Normals and weights of what is around a face, coordinate by coordinate, filled up with zeros to whole lanes.
-struct Around {
-    count: usize,
-    normals: [List; 3],
-    guidance: [List; 3],
-    offsets: [List; 3],
-    areas: List,
-    distances: List,
-    /// Squared differences of normals, of smoothed normals and of the guidance; of clusters, those of the guidance from that of the face
-    /// and from its filtered normal.
-    differences: [List; 3],
-    moved: List,
-    roughness: List,
-}
-
-impl Default for Around {
-    fn default() -> Self {
-        const ZERO: List = [0.0; CAPACITY];
-        Self {
-            count: 0,
-            normals: [ZERO; 3],
-            guidance: [ZERO; 3],
-            offsets: [ZERO; 3],
-            areas: ZERO,
-            distances: ZERO,
-            differences: [ZERO; 3],
-            moved: ZERO,
-            roughness: ZERO,
-        }
-    }
-}
-
-impl Around {
-    /// Number of whole lanes.
-    fn blocks(&self) -> usize {
-        self.count.div_ceil(LANES)
-    }
-
-    /// Fills up with zeros, which have no area and so no weight.
-    #[inline(always)]
-    fn close(&mut self, count: usize) {
-        self.count = count;
-        for k in count..count.next_multiple_of(LANES) {
-            self.areas[k] = 0.0;
-            self.distances[k] = 0.0;
-            for axis in 0..3 {
-                self.normals[axis][k] = 0.0;
-                self.guidance[axis][k] = 0.0;
-                self.offsets[axis][k] = 0.0;
-                self.differences[axis][k] = 0.0;
-            }
-            self.moved[k] = 0.0;
-            self.roughness[k] = 0.0;
-        }
-    }
-}
-
-#[inline(always)]
-fn put(to: &mut [List; 3], k: usize, x: Vec3) {
-    to[0][k] = x.x;
-    to[1][k] = x.y;
-    to[2][k] = x.z;
-}
-
-/// Lanes of a list, at one place.
-#[inline(always)]
-fn lanes(list: &List, block: usize) -> &[f32; LANES] {
-    &list.as_chunks().0[block]
-}
-
-/// Σ wₖ rₖ xₖ for vectors x, and Σ wₖ rₖ.
-#[inline(always)]
-fn weighted_sum(blocks: usize, weights: &List, range: &List, x: &[List; 3]) -> (Vec3, f32) {
-    let [mut sx, mut sy, mut sz, mut sw] = [[0.0f32; LANES]; 4];
-    for block in 0..blocks {
-        let (w, r) = (lanes(weights, block), lanes(range, block));
-        let (x, y, z) = (lanes(&x[0], block), lanes(&x[1], block), lanes(&x[2], block));
-        let mut product = [0.0; LANES];
-        for lane in 0..LANES {
-            product[lane] = w[lane] * r[lane];
-        }
-        add_product(&mut sx, &product, x);
-        add_product(&mut sy, &product, y);
-        add_product(&mut sz, &product, z);
-        for lane in 0..LANES {
-            sw[lane] += product[lane];
-        }
-    }
-    (Vec3::new(total(sx), total(sy), total(sz)), total(sw))
-}
-
-#[inline(always)]
-fn add_product(sum: &mut [f32; LANES], x: &[f32; LANES], y: &[f32; LANES]) {
-    for lane in 0..LANES {
-        sum[lane] += x[lane] * y[lane];
-    }
-}
-
-/// Σ wₖ xₖ yₖ.
-#[inline(always)]
-fn weighted_product(blocks: usize, weights: &List, x: &List, y: &List) -> f32 {
-    let mut sum = [0.0f32; LANES];
-    for block in 0..blocks {
-        let (w, x, y) = (lanes(weights, block), lanes(x, block), lanes(y, block));
-        for lane in 0..LANES {
-            sum[lane] += w[lane] * x[lane] * y[lane];
-        }
-    }
-    total(sum)
-}
-
-/// Writes exp(−factor·x).
-#[inline(always)]
-fn write_exp(blocks: usize, out: &mut List, x: &List, factor: f32) {
-    for block in 0..blocks {
-        let x = lanes(x, block);
-        let out = &mut out.as_chunks_mut::<LANES>().0[block];
-        for lane in 0..LANES {
-            out[lane] = exp(-factor * x[lane]);
-        }
-    }
-}
-
-/// Writes the fourth powers: Gaussians of half the width.
-#[inline(always)]
-fn write_fourth_power(blocks: usize, out: &mut List, x: &List) {
-    for block in 0..blocks {
-        let x = lanes(x, block);
-        let out = &mut out.as_chunks_mut::<LANES>().0[block];
-        for lane in 0..LANES {
-            let square = x[lane] * x[lane];
-            out[lane] = square * square;
-        }
-    }
-}
-
-/// Replaces weights by themselves times areas.
-#[inline(always)]
-fn scale_by(blocks: usize, weights: &mut List, areas: &List) {
-    for block in 0..blocks {
-        let areas = lanes(areas, block);
-        let weights = &mut weights.as_chunks_mut::<LANES>().0[block];
-        for lane in 0..LANES {
-            weights[lane] *= areas[lane];
         }
     }
 }
@@ -513,10 +363,9 @@ impl<'a> FaceFields<'a> {
         while next < queue.len() && queue.len() < MOST_FACES {
             let lists = if next == 0 { &self.of.adjacency.by_vertex } else { &self.of.adjacency.by_edge };
             for &g in lists.get(queue[next]) {
-                if std::mem::replace(&mut reached[g as usize], *search) != *search {
-                    if self.rows[g as usize].centroid.distance_squared(own) < reach {
-                        queue.push(g);
-                    }
+                let is_new = std::mem::replace(&mut reached[g as usize], *search) != *search;
+                if is_new && self.rows[g as usize].centroid.distance_squared(own) < reach {
+                    queue.push(g);
                 }
             }
             next += 1;
@@ -574,10 +423,9 @@ impl<'a> FaceFields<'a> {
         let mut next = 0;
         while next < queue.len() && queue.len() < MOST_CLUSTERS {
             for &g in level.neighbours.get(queue[next]) {
-                if std::mem::replace(&mut reached[g as usize], *search) != *search {
-                    if level.centroids[g as usize].distance_squared(own) < reach {
-                        queue.push(g);
-                    }
+                let is_new = std::mem::replace(&mut reached[g as usize], *search) != *search;
+                if is_new && level.centroids[g as usize].distance_squared(own) < reach {
+                    queue.push(g);
                 }
             }
             next += 1;

@@ -8,10 +8,9 @@ use crate::mesh::jagged::Index;
 use crate::progress::{Cancelled, Progress};
 use glam::DVec3;
 use rayon::prelude::*;
-use serde::Deserialize;
 
 /// Sweeps of one kind.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sweeps {
     /// Number of sweeps.
     pub(super) count: u32,
