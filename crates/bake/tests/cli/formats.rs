@@ -114,6 +114,19 @@ fn a_glb_gives_a_carrier_that_keeps_what_it_had() {
 }
 
 #[test]
+fn a_buffer_that_is_longer_than_it_says_goes_into_the_carrier_whole() {
+    let folder = folder();
+    let mut document: Value = serde_json::from_slice(&folder.bytes("in.gltf")).unwrap();
+    document["buffers"][0]["byteLength"] = 96.into();
+    std::fs::write(folder.path("short.gltf"), document.to_string()).unwrap();
+    folder.succeeds("bake short.gltf -o map --method taubin");
+    folder.succeeds("check map/short.planish.json");
+    let [mesh, carrier] =
+        ["short.gltf", "map/short.glb"].map(|name| folder.succeeds_with_json(&format!("info {name}")));
+    assert_eq!((&mesh["vertices"], &mesh["faces"]), (&carrier["vertices"], &carrier["faces"]));
+}
+
+#[test]
 fn the_carrier_of_a_glb_never_replaces_it() {
     let folder = folder();
     folder.succeeds("bake in.glb -o . --method taubin");

@@ -111,11 +111,11 @@ fn opened(gltf: &Gltf) -> Option<(Object<String, Value>, Buffer)> {
         return None;
     }
     let (mut bytes, mut starts) = (Vec::new(), Vec::new());
-    for (i, entry) in list(gltf.document(), "buffers").iter().enumerate() {
-        let length = index(&entry["byteLength"])?;
+    for i in 0..list(gltf.document(), "buffers").len() {
         bytes.resize(usize::next_multiple_of(bytes.len(), 4), 0);
         starts.push(bytes.len());
-        bytes.extend_from_slice(gltf.buffer(i).get(..length)?);
+        // All bytes that there are, as views are read from them, whatever `byteLength` says.
+        bytes.extend_from_slice(gltf.buffer(i));
     }
     let mut take = |name: &str| match document.remove(name) {
         Some(Value::Array(list)) => list,

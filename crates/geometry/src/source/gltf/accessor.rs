@@ -4,6 +4,7 @@ use super::container::Container;
 use super::{index, list};
 use crate::source::read_error::ReadErrorKind;
 use serde_json::Value;
+use std::ops::Range;
 
 /// Numbers in a buffer.
 #[derive(Clone, Debug)]
@@ -157,6 +158,13 @@ impl Accessor {
         }
     }
     /// Returns whether the components are numbers of single precision.
+    /// Bytes of the buffer from the first value to the last.
+    pub(super) fn span(&self) -> Range<usize> {
+        let size = self.components * self.kind.size();
+        let length = if self.count == 0 { 0 } else { (self.count - 1) * self.stride + size };
+        self.start..self.start + length
+    }
+
     pub(super) fn is_float(&self) -> bool {
         self.kind == Kind::F32
     }

@@ -30,10 +30,11 @@ pub(super) fn parse(bytes: Vec<u8>, beside: &dyn Fn(&str) -> Option<Vec<u8>>) ->
         uvs: Vec::new(),
         coloured: true,
         faces: 0,
+        indices: Vec::new(),
         read: FxHashSet::default(),
     };
     let whole = |kind: ReadErrorKind| kind.at(Place::File);
-    reader.read().map_err(whole)?;
+    reader.read().and_then(|()| reader.check_overlaps()).map_err(whole)?;
     let Reader { mut builder, positions, normals, coloured, .. } = reader;
     if !coloured {
         builder.data.colours = Vec::new();
@@ -55,6 +56,8 @@ struct Reader<'a> {
     coloured: bool,
     /// Number of faces of earlier primitives.
     faces: u64,
+    /// Accessors of indices, with their numbers in the document.
+    indices: Vec<(usize, Accessor)>,
     /// Positions, indices and mode of the primitives that were read.
     read: FxHashSet<(usize, Option<usize>, u64)>,
 }
@@ -110,6 +113,21 @@ impl Reader<'_> {
                 "primitives of points or lines stay as they are"
             };
             self.builder.notes.push(format!("{left_out} {parts}"));
+        }
+        Ok(())
+    }
+
+    /// Refuses positions and normals that share bytes with indices: other positions would make other faces.
+    fn check_overlaps(&self) -> Result<(), ReadErrorKind> {
+        for Block { index, accessor, .. } in self.positions.iter().chain(&self.normals) {
+            let shares = |(_, indices): &&(usize, Accessor)| {
+                let (a, b) = (accessor.span(), indices.span());
+                accessor.buffer == indices.buffer && a.start < b.end && b.start < a.end
+            };
+            if let Some((indices, _)) = self.indices.iter().find(shares) {
+                let reason = format!("accessor {index} shares bytes with accessor {indices}, the indices of faces");
+                return Err(ReadErrorKind::Malformed(reason));
+            }
         }
         Ok(())
     }
@@ -187,7 +205,9 @@ impl Reader<'_> {
         (first, count): (usize, usize),
         [uvs, normals]: [Values; 2],
     ) -> Result<(), ReadErrorKind> {
-        let accessor = index(&primitive["indices"]).map(|i| self.accessor(i, "indices", &[1])).transpose()?;
+        let number = index(&primitive["indices"]);
+        let accessor = number.map(|i| self.accessor(i, "indices", &[1])).transpose()?;
+        self.indices.extend(number.zip(accessor.clone()));
         let bytes = accessor.as_ref().map_or(&[][..], |accessor| self.container.buffer(accessor.buffer));
         let corners = accessor.as_ref().map_or(count, |accessor| accessor.count);
         let vertex = |k: usize| accessor.as_ref().map_or(k as f64, |accessor| accessor.raw(bytes, k, 0));

@@ -278,6 +278,15 @@ fn errors_name_the_part_of_the_document() {
 }
 
 #[test]
+fn indices_that_share_bytes_with_positions_are_refused() {
+    let mut document = document();
+    // The first six bytes are zero, as positions and as indices.
+    document["bufferViews"][1]["byteOffset"] = 0.into();
+    document["accessors"][3]["count"] = 3.into();
+    assert_eq!(error(&document), "accessor 0 shares bytes with accessor 3, the indices of faces");
+}
+
+#[test]
 fn indices_out_of_range_name_the_face() {
     let mut document = document();
     document["accessors"][0]["count"] = 4.into();
