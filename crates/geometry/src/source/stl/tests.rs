@@ -177,3 +177,14 @@ proptest! {
         prop_assert_eq!(out.data().positions(), moved);
     }
 }
+
+#[test]
+fn zeros_between_numbers_make_no_text_a_binary_file() {
+    let facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+    let text = format!("solid a\n{}endsolid a\n", facet.repeat(4));
+    let mut bytes = text.into_bytes();
+    // Behind what would be the header, in a number.
+    let at = 110 + bytes[110..].windows(8).position(|w| w == b"vertex 1").unwrap() + 8;
+    bytes[at] = 0;
+    assert!(Stl::parse(bytes).unwrap_err().to_string().contains("is not a number"));
+}
