@@ -95,12 +95,26 @@ pub fn watch_memory() {
         let (file, stage) = WORK.try_lock().map(|work| work.clone()).unwrap_or_default();
         let place = if file.is_empty() { String::new() } else { format!("{file}: ") };
         let during = if stage.is_empty() { String::new() } else { format!(" while {stage}") };
-        let text = format!("{place}out of memory{during} ({bytes} bytes more were needed); nothing was written");
+        let missed = if bytes > 0 { format!(" ({bytes} bytes more were needed)") } else { String::new() };
+        let text = format!("{place}out of memory{during}{missed}; nothing was written");
         cleanup::give_up_now(|| {
             say("error", &text);
             std::process::exit(1);
         });
     });
+    watch_stacks();
+}
+
+/// Treats a thread that gets no memory for its stack of signals as memory that is exhausted. The standard library asks the system
+/// for that stack itself, before a thread runs anything of ours, and panics where nobody can catch it.
+fn watch_stacks() {
+    let of_panics = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        if panic.payload_as_str().is_some_and(|text| text.contains("alternative stack")) {
+            planish_memory::exhausted(0);
+        }
+        of_panics(panic);
+    }));
 }
 
 /// Largest number of threads. More would cost memory and gain nothing.

@@ -25,29 +25,36 @@ thread_local! {
     static INSIDE: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Names the function that is called once, with the number of bytes that could not be allocated. It should end the program; if it
+/// Names the function that is called once, with the number of bytes that could not be allocated (0 if unknown). It should end the program; if it
 /// returns, the program goes on as it would have without it, and mostly aborts. Only the first call counts.
 pub fn on_exhaustion(handler: fn(usize)) {
     let _ = HANDLER.set(handler);
 }
 
+/// Calls the handler, for memory that was asked for in another way than by this allocator. Of several threads that call it one runs
+/// the handler, and the others wait for the end of the program.
+pub fn exhausted(bytes: usize) {
+    let Some(handler) = HANDLER.get() else { return };
+    if INSIDE.get() {
+        return;
+    }
+    if HANDLING.swap(true, Ordering::SeqCst) {
+        // Another thread is about to end the program.
+        for _ in 0..LONGEST_WAIT {
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    } else {
+        INSIDE.set(true);
+        handler(bytes);
+        INSIDE.set(false);
+        HANDLING.store(false, Ordering::SeqCst);
+    }
+}
+
 /// Calls the handler if the allocator has returned nothing.
 fn checked(pointer: *mut u8, bytes: usize) -> *mut u8 {
-    if pointer.is_null()
-        && let Some(handler) = HANDLER.get()
-        && !INSIDE.get()
-    {
-        if HANDLING.swap(true, Ordering::SeqCst) {
-            // Another thread is about to end the program.
-            for _ in 0..LONGEST_WAIT {
-                std::thread::sleep(Duration::from_millis(10));
-            }
-        } else {
-            INSIDE.set(true);
-            handler(bytes);
-            INSIDE.set(false);
-            HANDLING.store(false, Ordering::SeqCst);
-        }
+    if pointer.is_null() {
+        exhausted(bytes);
     }
     pointer
 }
