@@ -36,7 +36,7 @@ struct PerturbedInput {
 
 /// Number of triangles, summed over the probes, that a candidate is evaluated on: small meshes need more probes for a risk
 /// that is as certain.
-const TRIANGLE_BUDGET: usize = 40_000;
+const TRIANGLE_BUDGET: usize = 6_000;
 /// Largest number of probes.
 const MAX_PROBES: usize = 4;
 /// Size of a probe over that of the noise: large against the steps that robust weights make, small against the noise.

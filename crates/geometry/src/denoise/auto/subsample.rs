@@ -20,7 +20,7 @@ pub(super) struct PatchSizes {
 
 impl Default for PatchSizes {
     fn default() -> Self {
-        Self { whole: 24_000, patches: 10, triangles: 1_500, margin: 4 }
+        Self { whole: 3_000, patches: 6, triangles: 500, margin: 4 }
     }
 }
 
