@@ -10,23 +10,21 @@ use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};
 use glam::DVec3;
 
-/// True for a triangulated depth image: nearly all vertices have six neighbours, and nearly all faces look to one side. There the
-/// two bands of the whole mesh tell shared noise from a surface; on other meshes the second one is mostly surface.
+/// True for a triangulated depth image: nearly all vertices have six neighbours, and the faces look to one side. There the two bands of
+/// the whole mesh tell shared noise from a surface; on other meshes the second one is mostly surface.
 fn is_range_image(surface: &Surface) -> bool {
-    /// Largest standard deviation of the valence.
-    const LARGEST: f64 = 0.72;
-    /// Least fraction of the faces that look to the side of their mean. On closed surfaces it is a half; noise turns some of any.
-    const FACING: f64 = 0.75;
+    /// Least fraction of the inner vertices that have six neighbours. Remeshing leaves far fewer.
+    const REGULAR: f64 = 0.85;
+    /// Least length of the mean of all unit normals. A camera sees those of a sphere with 2/3; noise shortens it.
+    const FACING: f64 = 0.5;
     let topology = surface.topology();
     let inner = (0..topology.vertex_count() as Index).filter(|&v| !topology.is_boundary(v) && !topology.is_isolated(v));
-    let (count, sum, squares) = inner
-        .map(|v| topology.rings().get(v).len() as f64)
-        .fold((0.0, 0.0, 0.0), |(n, s, q), x| (n + 1.0, s + x, q + x * x));
-    let is_grid = count > 0.0 && squares / count - (sum / count).powi(2) < LARGEST * LARGEST;
+    let (count, regular) = inner.fold((0usize, 0usize), |(count, regular), v| {
+        (count + 1, regular + usize::from(topology.rings().get(v).len() == 6))
+    });
+    let is_grid = count > 0 && regular as f64 >= REGULAR * count as f64;
     let normals: Vec<DVec3> = normals::face_normals(surface);
-    let mean: DVec3 = normals.iter().sum();
-    let facing = normals.iter().filter(|n| n.dot(mean) > 0.0).count();
-    is_grid && facing as f64 > FACING * normals.len() as f64
+    is_grid && normals.iter().sum::<DVec3>().length() > FACING * normals.len() as f64
 }
 
 /// Kind of the noise and its field: those of the settings, or else as measured.
