@@ -261,6 +261,10 @@ pub(crate) struct DenoiseArgs {
     /// Update the numbers of the `vn` lines too, so that shading follows the new shape; hard edges stay hard
     #[arg(long)]
     pub(crate) update_normals: bool,
+    /// Write where the noise is, as the method `auto` measured it: the input with σ of each vertex as its colour, violet for 0, yellow for the
+    /// 99th percentile; the quality of the vertices of a .ply is σ in the unit of the mesh
+    #[arg(long, value_name = "OUT.ply|.obj")]
+    pub(crate) noise_map: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) trust: TrustArgs,
 }

@@ -4,6 +4,7 @@ mod args;
 mod commands;
 mod console;
 mod csv;
+mod heat_map;
 mod method_table;
 
 use args::{Cli, Command};

@@ -261,6 +261,11 @@ impl Output {
         Ok(Self { path: path.to_path_buf(), place, folder })
     }
 
+    /// Path of the file, as it was given.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Returns true if this is standard output, to which nothing else should go.
     pub fn is_stdout(&self) -> bool {
         self.place == Place::Stdout

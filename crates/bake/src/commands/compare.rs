@@ -5,9 +5,9 @@ use crate::args::CompareArgs;
 use crate::console::Console;
 use crate::csv::{self, Csv};
 use crate::failure::Failure;
+use crate::heat_map;
 use crate::input;
 use crate::output::{self, Output};
-use planish_geometry::metrics::coloured_mesh;
 use planish_geometry::metrics::{self, Comparison, Heat, Triangles};
 use planish_geometry::progress::Progress as _;
 use serde::Serialize;
@@ -76,7 +76,10 @@ pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), Failure> 
     let mut files = Vec::new();
     if let Some(scale) = &scale {
         console.stage("writing");
-        let painted = maps.iter().zip(&heat_maps).map(|(path, (mesh, heat))| paint(path, mesh, heat, scale));
+        let painted = maps
+            .iter()
+            .zip(&heat_maps)
+            .map(|(path, (mesh, heat))| heat_map::paint(path, mesh, heat, scale.max, &legend(scale)));
         files.extend(outputs.into_iter().zip(painted));
     }
     let table = csv.is_some().then(|| csv::table(&rows)).transpose()?.unwrap_or_default();
@@ -97,10 +100,7 @@ pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), Failure> 
 
 /// Returns the path of the heat map for one result, or for several results one path each, with the name of the result in it.
 fn heatmap_paths(path: &Path, results: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
-    if !["ply", "obj"].iter().any(|known| extension.eq_ignore_ascii_case(known)) {
-        return Err(Failure::at(path, "--heatmap writes .ply and .obj"));
-    }
+    let extension = heat_map::extension(path, "--heatmap")?;
     if results.len() == 1 {
         return Ok(vec![path.to_path_buf()]);
     }
@@ -116,25 +116,9 @@ fn heatmap_paths(path: &Path, results: &[PathBuf]) -> Result<Vec<PathBuf>, Failu
     Ok(paths)
 }
 
-/// Returns the largest 99th percentile of the heat maps. The maximum would let one bad vertex leave all others in one colour.
+/// Returns the largest 99th percentile of the heat maps.
 fn percentile_99(heat_maps: &[(Triangles, Vec<f64>)]) -> f64 {
-    let percentile = |heat: &Vec<f64>| {
-        let mut sorted: Vec<f64> = heat.iter().copied().filter(|x| x.is_finite()).collect();
-        sorted.sort_unstable_by(f64::total_cmp);
-        metrics::percentile(&sorted, 0.99)
-    };
-    heat_maps.iter().map(|(_, heat)| percentile(heat)).fold(0.0, f64::max)
-}
-
-/// Formats a heat map as OBJ or PLY, by the extension of its path.
-fn paint(path: &Path, mesh: &Triangles, heat: &[f64], scale: &Scale) -> Vec<u8> {
-    let colours = metrics::colours(heat, scale.max);
-    let comment = legend(scale);
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj")) {
-        coloured_mesh::obj(mesh, &colours, &comment)
-    } else {
-        coloured_mesh::ply(mesh, &colours, heat, &comment)
-    }
+    heat_maps.iter().map(|(_, heat)| heat_map::percentile_99(heat)).fold(0.0, f64::max)
 }
 
 /// Describes the colour scale.

@@ -3,13 +3,15 @@
 use crate::args::DenoiseArgs;
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::heat_map;
 use crate::input;
-use crate::output::Output;
+use crate::output::{self, Output};
 use planish_files::text::{self, one_line, shown};
 use planish_files::{mesh_output, method};
 use planish_geometry::denoise::limits::Outcome;
 use planish_geometry::denoise::{Denoiser, Denoising, DenoisingError, Moved, NormalField, auto};
 use planish_geometry::map::manifest::HeightsLoss;
+use planish_geometry::metrics::Triangles;
 use planish_geometry::progress::Progress as _;
 use planish_geometry::source::flaws::flaws;
 use planish_geometry::source::format::Format;
@@ -39,6 +41,9 @@ struct Denoised {
     limits: Option<Outcome>,
     /// Largest distance between a denoised position and the one that the file holds, model units.
     rounding: f64,
+    /// Heat map of the noise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    noise_map: Option<String>,
     /// What the input has and the output does not.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     lost: Vec<String>,
@@ -55,7 +60,8 @@ struct Heights {
 pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> {
     let inputs: Vec<&Path> = [&args.input].into_iter().chain(args.method.masks()).map(PathBuf::as_path).collect();
     let output = Output::open(&args.output, &inputs)?;
-    console.reserve_stdout([&output])?;
+    let noise_map = args.noise_map.as_ref().map(|path| open_noise_map(path, args, &inputs)).transpose()?;
+    console.reserve_stdout([&output].into_iter().chain(&noise_map))?;
     let model = super::model(&args.input, args.welding.weld, args.trust.rule(), console)?;
     let surface = model.surface();
     for flaw in flaws(&model).iter().filter(|flaw| flaw.concerns_denoising()) {
@@ -75,9 +81,13 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
     console.stage("writing");
     let normals = args.update_normals.then(|| model.updated_file_normals(&denoised));
     let source = model.source();
-    let file = mesh_output::write(&args.output, source, &model.weld().spread(&denoised), normals.as_deref())?;
+    let mut file = mesh_output::write(&args.output, source, &model.weld().spread(&denoised), normals.as_deref())?;
     console.check()?;
-    let written = output.write(&file.bytes)?;
+    let written = output.path().to_path_buf();
+    let painted = args.noise_map.as_ref().zip(choice.as_ref());
+    let painted = painted.map(|(path, choice)| paint_noise(path, &model, &choice.deviations));
+    let bytes = std::mem::take(&mut file.bytes);
+    output::write_all([(output, bytes)].into_iter().chain(noise_map.zip(painted)).collect())?;
     let lengths = || deltas.iter().map(|d| d.length());
     let report = Denoised {
         output: written.display().to_string(),
@@ -91,6 +101,7 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
         heights: along.map(|(along, normals)| Heights { normals, loss: along.residual.into() }),
         limits,
         rounding: file.rounding,
+        noise_map: args.noise_map.as_ref().map(|path| path.display().to_string()),
         lost: file.lost.clone(),
     };
     let notes = source.file().map_or(&[][..], MeshFile::notes);
@@ -111,6 +122,26 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
         ));
     }
     console.report(&report, || text(&report))
+}
+
+/// Opens the file of `--noise-map`, which no other file of the command may be.
+fn open_noise_map(path: &Path, args: &DenoiseArgs, inputs: &[&Path]) -> Result<Output, Failure> {
+    heat_map::extension(path, "--noise-map")?;
+    if !args.method.measures_noise() {
+        return Err(Failure::Input("--noise-map goes with --method auto".to_owned()));
+    }
+    if path == args.output || output::same_file(path, &args.output) {
+        return Err(Failure::at(path, "is named for the denoised mesh and for --noise-map"));
+    }
+    Output::open(path, inputs)
+}
+
+/// Formats the input with the deviations of its noise (#V, model units) as colours.
+fn paint_noise(path: &Path, model: &Model, deviations: &[f64]) -> Vec<u8> {
+    let max = heat_map::percentile_99(deviations);
+    let legend =
+        format!("standard deviation of the noise: violet 0, teal {:.4e}, yellow {max:.4e} and more", max / 2.0);
+    heat_map::paint(path, &Triangles::from(model.data()), &model.weld().spread(deviations), max, &legend)
 }
 
 /// Says which vertex a method moved to infinity, and which of its settings would help.

@@ -220,3 +220,24 @@ fn bench_quality_refuses_what_it_cannot_find() {
     folder.write("empty/MANIFEST.tsv", "name\tclean\tnoisy\nx\ty\n");
     folder.refuses("bench-quality empty", &["MANIFEST.tsv", "line: 2"]);
 }
+
+#[test]
+fn a_noise_map_shows_the_deviation_of_the_noise_at_each_vertex() {
+    let folder = Folder::with("clean.obj", Mesh::sphere(40).obj());
+    folder.succeeds("noise clean.obj --sigma 0.2 --seed 3 -o in.obj");
+    let mean_edge =
+        folder.succeeds_with_json("denoise in.obj -o out.obj --noise-map new/noise.ply")["mean_edge"].as_f64();
+    let (vertices, faces) = ply(&folder.bytes("new/noise.ply"));
+    assert_eq!((vertices.len(), faces), (folder.text("in.obj").matches("v ").count(), 2 * (vertices.len() - 2)));
+    let mut deviations: Vec<f64> = vertices.iter().map(|(_, _, quality)| f64::from(*quality)).collect();
+    deviations.sort_unstable_by(f64::total_cmp);
+    let median = deviations[deviations.len() / 2] / mean_edge.unwrap();
+    assert!((0.12..0.28).contains(&median), "{median}");
+    folder.succeeds("denoise clean.obj -o out.obj --noise-map clean.ply");
+    assert!(ply(&folder.bytes("clean.ply")).0.iter().all(|(_, _, quality)| *quality == 0.0));
+    folder
+        .refuses("denoise in.obj -o a.obj --method taubin --noise-map a.ply", &["--noise-map goes with --method auto"]);
+    folder.refuses("denoise in.obj -o a.ply --noise-map a.ply", &["a.ply", "--noise-map"]);
+    folder.refuses("denoise in.obj -o a.obj --noise-map a.png", &["a.png", ".ply and .obj"]);
+    folder.refuses("denoise in.obj -o a.obj --noise-map in.obj", &["in.obj"]);
+}

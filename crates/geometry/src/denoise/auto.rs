@@ -35,7 +35,7 @@ use super::laplacian::BOUNDARY;
 use super::map::{NOISE, NOISE_ACROSS, Problem};
 use super::method::{DenoiseMethod, MethodInfo};
 use super::noise_field::NoiseField;
-use super::noise_level::{self, Kind, NoiseEstimate};
+use super::noise_level::{self, Kind, NoiseEstimate, NoiseLevel};
 use super::parameters::{HUGE, Parameter};
 use super::vertex_update::MOTION;
 use super::{Boundary, Motion};
@@ -46,7 +46,6 @@ use evaluate::{Evaluation, Mixture};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use subsample::{PatchSizes, subsample};
-use with_learned::with_learned;
 
 /// Settings of [`Denoiser::Auto`](super::Denoiser::Auto).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -145,86 +144,152 @@ const HEAVY_NOISE: f64 = 0.4;
 /// Smallest share, after an evaluation on patches, for which a candidate is run on the whole mesh.
 const SMALLEST_SHARE: f64 = 0.08;
 
-/// Denoises with the mixture of candidates of the lowest estimated error. Returns δ = p − p* (#V×3, model units), in the free
-/// form (see [`Denoiser::run`](super::Denoiser::run)), and what was chosen.
+/// A surface whose noise has been measured, before any candidate is run.
+struct Prepared<'a> {
+    surface: &'a Surface,
+    connectivity: Connectivity,
+    constraint: BoundaryConstraint,
+    level: NoiseLevel,
+    kind: Kind,
+    is_noisy: bool,
+    noise: NoiseField,
+    /// Positions that candidates start from: an outlier is no datum, and is where its neighbours suggest. #V×3, model units
+    data: Vec<DVec3>,
+    /// Fraction of the noisy vertices that have nearly all of the noise; 0 where all have about the same.
+    hit: f64,
+    /// Candidates for the mixture; only [`Candidate::Stay`] where nothing is to be done.
+    candidates: Vec<Candidate>,
+}
+
+/// A result: displacements δ = p − p* (#V×3, model units) from the data, how many of them are as large as the noise allows, and which
+/// candidates it is made of.
+struct Found {
+    deltas: Vec<DVec3>,
+    bounded: usize,
+    shares: Vec<CandidateShare>,
+}
+
+impl<'a> Prepared<'a> {
+    fn of(surface: &'a Surface, settings: &Auto, progress: &dyn Progress) -> Result<Self, Cancelled> {
+        progress.check()?;
+        let connectivity = Connectivity::of(surface);
+        let level = NoiseEstimate::of(surface, &connectivity, progress)?;
+        let (kind, measured) = assumed_noise(surface, &connectivity, settings, &level, progress)?;
+        let mut noise = measured.scaled(settings.strength);
+        if settings.candidates.as_ref().is_some_and(|told| told.iter().all(|candidate| *candidate == Candidate::Stay)) {
+            noise.outliers.clear();
+        }
+        let suited = || match noise.correlation {
+            // How alike the noise is between neighbours is not known, so that no risk can be estimated.
+            0 if kind == Kind::Correlated => vec![Candidate::Flat],
+            _ => Candidate::suited_to(kind),
+        };
+        let mut candidates = settings.candidates.clone().unwrap_or_else(suited);
+        // Without noise there is nothing to remove, and nothing to estimate a risk by.
+        let is_noisy = kind != Kind::None && noise.typical() > noise_level::ROUNDING_NOISE && noise.mean_edge() > 0.0;
+        if !is_noisy || candidates.is_empty() {
+            candidates = vec![Candidate::Stay];
+        }
+        let constraint = BoundaryConstraint::of(surface, settings.boundary);
+        let constraint = constraint.and_fixed(noise.relative.iter().map(|sigma| *sigma == 0.0));
+        let mut data = surface.positions().to_vec();
+        noise.outliers.iter().for_each(|&(v, p)| data[v as usize] = p);
+        let level = level.level;
+        let mut prepared =
+            Self { surface, connectivity, constraint, level, kind, is_noisy, noise, data, hit: 0.0, candidates };
+        if prepared.has_work() && prepared.noise.is_measured && prepared.noise.correlation == 0 {
+            let found = impulses::by_vertex(&prepared.problem(), &prepared.data, progress)?;
+            if let Some(found) = found {
+                prepared.noise.relative = found.relative;
+                prepared.hit = found.share;
+            }
+        }
+        Ok(prepared)
+    }
+
+    /// Whether there is anything to do.
+    fn has_work(&self) -> bool {
+        self.candidates != [Candidate::Stay]
+    }
+
+    fn problem(&self) -> Problem<'_> {
+        Problem::new(&self.connectivity, &self.constraint, &self.noise)
+    }
+
+    /// Offsets of the vertices (#V×3, model units) as displacements: unfolded, within the bound of the noise, and without flips.
+    fn settled(&self, mut offsets: Vec<DVec3>) -> (Vec<DVec3>, usize) {
+        self.connectivity.unfold(&self.data, &mut offsets, &self.noise);
+        let bounded = self.noise.bound(&mut offsets);
+        (self.connectivity.undo_flips(&self.data, offsets, &self.noise), bounded)
+    }
+
+    /// The mixture of the candidates with the lowest estimated error.
+    fn mixed(&self, progress: &dyn Progress) -> Result<Found, Cancelled> {
+        let whole = Evaluation { problem: self.problem(), input: &self.data, evaluated: &[] };
+        let (shares, offsets) = mixture(self.surface, whole, &self.candidates, progress)?;
+        let mixed = |v: usize| shares.iter().zip(&offsets).map(|(share, of)| share.share * of[v]).sum::<DVec3>();
+        let (deltas, bounded) = self.settled((0..self.data.len()).map(mixed).collect());
+        Ok(Found { deltas, bounded, shares })
+    }
+
+    /// How far the learned filter has a say with these settings, 0..=1.
+    fn trust_in_learned(&self, settings: &Auto) -> f64 {
+        // Where few vertices were hit, or heights rounded, the estimate knows more of the noise than the filter was told. Without a
+        // measured field, as on depth images with shared noise, nothing says where the filter may act.
+        let is_rounded = self.noise.correlation > 0 && self.noise.half_step.min_element().is_finite();
+        let may_act = self.has_work() && self.noise.is_measured && self.hit == 0.0 && !is_rounded;
+        if may_act { settings.trust_in_learned() } else { 0.0 }
+    }
+}
+
+impl Found {
+    /// The mean of a mixture and what was made of it with the learned filter, with this share of the latter, 0..=1.
+    fn blended(mut self, learned: Self, share: f64) -> Self {
+        self.deltas.iter_mut().zip(learned.deltas).for_each(|(delta, learned)| *delta = delta.lerp(learned, share));
+        let new =
+            learned.shares.into_iter().map(|of| CandidateShare { share: of.share * share, ..of }).collect::<Vec<_>>();
+        let kept = 1.0 - new.iter().map(|of| of.share).sum::<f64>();
+        self.shares.iter_mut().for_each(|of| of.share *= kept);
+        self.shares.extend(new);
+        self.bounded = learned.bounded;
+        self
+    }
+}
+
+/// Denoises with the mixture of candidates of the lowest estimated error, and with the learned filter where the noise is what that was
+/// trained for. Returns δ = p − p* (#V×3, model units), in the free form (see
+/// [`Denoiser::run`](super::Denoiser::run)), and what was chosen.
 pub fn choose(
     surface: &Surface,
     settings: &Auto,
     progress: &dyn Progress,
 ) -> Result<(Vec<DVec3>, DenoiseChoice), Cancelled> {
-    progress.check()?;
-    let connectivity = Connectivity::of(surface);
-    let level = NoiseEstimate::of(surface, &connectivity, progress)?;
-    let (kind, measured) = assumed_noise(surface, &connectivity, settings, &level, progress)?;
-    let mut noise = measured.scaled(settings.strength);
-    if settings.candidates.as_ref().is_some_and(|told| told.iter().all(|candidate| *candidate == Candidate::Stay)) {
-        noise.outliers.clear();
-    }
-    let suited = match noise.correlation {
-        // How alike the noise is between neighbours is not known, so that no risk can be estimated.
-        0 if kind == Kind::Correlated => vec![Candidate::Flat],
-        _ => Candidate::suited_to(kind),
+    let prepared = Prepared::of(surface, settings, progress)?;
+    let trust = prepared.trust_in_learned(settings);
+    let mixed = prepared.mixed(progress)?;
+    let learned = if trust > 0.0 { prepared.with_learned(&mixed, progress)? } else { None };
+    let Found { mut deltas, bounded, mut shares } = match learned {
+        Some(learned) => mixed.blended(learned, trust),
+        None => mixed,
     };
-    let candidates = settings.candidates.as_deref().unwrap_or(&suited);
-    // Without noise there is nothing to remove, and nothing to estimate a risk by.
-    let is_noisy = kind != Kind::None && noise.typical() > noise_level::ROUNDING_NOISE && noise.mean_edge() > 0.0;
-    let candidates = if is_noisy && !candidates.is_empty() { candidates } else { &[Candidate::Stay] };
-    let constraint = BoundaryConstraint::of(surface, settings.boundary);
-    let constraint = constraint.and_fixed(noise.relative.iter().map(|sigma| *sigma == 0.0));
-    // An outlier is no datum: it starts from where its neighbours suggest.
-    let input = surface.positions();
-    let mut data = input.to_vec();
-    noise.outliers.iter().for_each(|&(v, p)| data[v as usize] = p);
-    let mut hit = 0.0;
-    if is_noisy && noise.is_measured && noise.correlation == 0 && candidates != [Candidate::Stay] {
-        let problem = Problem::new(&connectivity, &constraint, &noise);
-        if let Some(found) = impulses::by_vertex(&problem, &data, progress)? {
-            noise.relative = found.relative;
-            hit = found.share;
-        }
-    }
-    let problem = Problem::new(&connectivity, &constraint, &noise);
-    let whole = Evaluation { problem, input: &data, evaluated: &[] };
-    let (mut shares, offsets) = mixture(surface, whole, candidates, progress)?;
-    let mixed = |v: usize| shares.iter().zip(&offsets).map(|(share, of)| share.share * of[v]).sum::<DVec3>();
-    let mut mixed: Vec<DVec3> = (0..input.len()).map(mixed).collect();
-    connectivity.unfold(&data, &mut mixed, &noise);
-    let mut bounded = noise.bound(&mut mixed);
-    let mut deltas = connectivity.undo_flips(&data, mixed, &noise);
-    let mut learned_share = 0.0;
-    let trust = settings.trust_in_learned();
-    // Where few vertices were hit, or heights rounded, the estimate knows more of the noise than the filter was told. Without a measured
-    // field, as on depth images with shared noise, nothing says where the filter may act.
-    let is_known_better = hit > 0.0 || noise.correlation > 0 && noise.half_step.min_element().is_finite();
-    let may_act = is_noisy && noise.is_measured && !is_known_better;
-    if may_act && trust > 0.0 && candidates != [Candidate::Stay] {
-        let cleaned = surface.at(data.clone());
-        if let Some(found) = with_learned(&cleaned, &connectivity, &noise, &deltas, progress)? {
-            learned_share = trust * found.share;
-            bounded = found.bounded;
-            deltas.iter_mut().zip(found.deltas).for_each(|(delta, learned)| *delta = delta.lerp(learned, trust));
-        }
-    }
+    let noise = &prepared.noise;
     for &(v, p) in &noise.outliers {
-        deltas[v as usize] += input[v as usize] - p;
-    }
-    if learned_share > 0.0 {
-        shares.iter_mut().for_each(|share| share.share *= 1.0 - learned_share);
-        shares.push(CandidateShare { candidate: Candidate::Learned, share: learned_share, risk_gap: None });
+        deltas[v as usize] += surface.positions()[v as usize] - p;
     }
     shares.sort_by(|a, b| b.share.total_cmp(&a.share));
     let choice = DenoiseChoice {
-        measured: level.level,
-        kind,
-        sigma: if is_noisy { noise.typical() } else { 0.0 },
+        measured: prepared.level,
+        kind: prepared.kind,
+        sigma: if prepared.is_noisy { noise.typical() } else { 0.0 },
         tangential_sigma: settings.noise_across.unwrap_or(noise.typical_across()),
-        noisy: if is_noisy { noise.noisy_fraction() } else { 0.0 },
+        noisy: if prepared.is_noisy { noise.noisy_fraction() } else { 0.0 },
         unmeasured: noise.unmeasured,
-        hit,
+        hit: prepared.hit,
         outliers: noise.outliers.len(),
         no_data: 0,
         bounded,
         candidates: shares,
+        deviations: if prepared.is_noisy { noise.sigma().collect() } else { vec![0.0; deltas.len()] },
     };
     Ok((deltas, choice))
 }

@@ -38,6 +38,10 @@ pub struct DenoiseChoice {
     pub bounded: usize,
     /// Candidates with their shares, which add up to 1; the largest share comes first.
     pub candidates: Vec<CandidateShare>,
+    /// Standard deviation σ of the noise that was assumed at each vertex, model units; 0 where a vertex has none or it could not be
+    /// measured. Not a part of manifests and reports. #V
+    #[serde(skip)]
+    pub deviations: Vec<f64>,
 }
 
 /// A candidate and its share of the result.

@@ -3,51 +3,40 @@
 //! It is asked only where the estimate found noise, so what is left alone stays so. White noise that was taken off is still white: where
 //! a result takes off something that neighbours share, it takes shape off (the residual whiteness principle). Then the mixture stands.
 
+use super::choice::CandidateShare;
+use super::{Candidate, Found, Prepared};
 use crate::denoise::connectivity::Connectivity;
 use crate::denoise::learned;
-use crate::denoise::noise_field::NoiseField;
 use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};
 use glam::DVec3;
-
-/// Result of the learned filter with the mixture.
-pub(super) struct WithLearned {
-    /// Displacements δ = p − p*. #V×3, model units
-    pub(super) deltas: Vec<DVec3>,
-    /// Share of the learned filter in it, 0..=1.
-    pub(super) share: f64,
-    /// Number of vertices that went as far as their noise can have pushed them.
-    pub(super) bounded: usize,
-}
 
 /// By how much more the displacements of neighbours may be alike than those of the mixture, in white noise. On pieces of training
 /// shapes, results were as often worse as better from here on.
 const MORE_ALIKE: f64 = 0.2;
 
-/// Runs the learned filter, with the displacements δ of the mixture (#V×3, model units) at hand, on the vertices that have noise.
-/// `None` if the mixture is to be preferred.
-pub(super) fn with_learned(
-    surface: &Surface,
-    connectivity: &Connectivity,
-    noise: &NoiseField,
-    mixture: &[DVec3],
-    progress: &dyn Progress,
-) -> Result<Option<WithLearned>, Cancelled> {
-    let fixed = noise.relative.iter().map(|sigma| *sigma == 0.0).collect();
-    let Some(fused) = learned::fused(surface, &connectivity.mesh, fixed, mixture, progress)? else { return Ok(None) };
-    let mut offsets: Vec<DVec3> = fused.deltas.iter().map(|delta| -*delta).collect();
-    let bounded = noise.bound(&mut offsets);
-    let deltas: Vec<DVec3> = offsets
-        .iter()
-        .zip(mixture)
-        .zip(&noise.relative)
-        .map(|((offset, mixture), sigma)| if *sigma == 0.0 { *mixture } else { -*offset })
-        .collect();
-    let [before, after] = [mixture, &deltas].map(|deltas| alikeness(surface, connectivity, deltas));
-    if noise.correlation == 0 && after - before > MORE_ALIKE {
-        return Ok(None);
+impl Prepared<'_> {
+    /// Runs the learned filter, with the mixture at hand, on the vertices that have noise. The shares of what it finds are those that are
+    /// not the mixture's. `None` if the mixture is to be preferred.
+    pub(super) fn with_learned(&self, mixture: &Found, progress: &dyn Progress) -> Result<Option<Found>, Cancelled> {
+        let Self { connectivity, noise, .. } = self;
+        let surface = self.surface.at(self.data.clone());
+        let fixed = noise.relative.iter().map(|sigma| *sigma == 0.0).collect();
+        let fused = learned::fused(&surface, &connectivity.mesh, fixed, &mixture.deltas, progress)?;
+        let Some(fused) = fused else { return Ok(None) };
+        let mut offsets: Vec<DVec3> = fused.deltas.iter().map(|delta| -*delta).collect();
+        let bounded = noise.bound(&mut offsets);
+        let deltas = offsets.iter().zip(&mixture.deltas).zip(&noise.relative);
+        let deltas = deltas.map(|((offset, mixed), sigma)| if *sigma == 0.0 { *mixed } else { -*offset });
+        let deltas: Vec<DVec3> = deltas.collect();
+        let [before, after] = [&mixture.deltas, &deltas].map(|deltas| alikeness(&surface, connectivity, deltas));
+        if noise.correlation == 0 && after - before > MORE_ALIKE {
+            return Ok(None);
+        }
+        let share = 1.0 - fused.others_share;
+        let shares = vec![CandidateShare { candidate: Candidate::Learned, share, risk_gap: None }];
+        Ok(Some(Found { deltas, bounded, shares }))
     }
-    Ok(Some(WithLearned { deltas, share: 1.0 - fused.others_share, bounded }))
 }
 
 /// Correlation between neighbours of the displacements along the normals of the result; 0 where nothing moves.
