@@ -84,6 +84,7 @@ fn default_text(method: &Denoiser, parameter: &Parameter) -> String {
     };
     match (method.options().find(sets_it), method.get(parameter)) {
         (Some(preset), _) => format!("as --{} has it", preset.name),
+        (None, Value::Null) if matches!(parameter.values, Values::Text(_)) => "built in".to_owned(),
         (None, Value::Null) => "chosen from the mesh".to_owned(),
         (None, value) => parameter.text(&value),
     }
@@ -94,7 +95,7 @@ fn range(parameter: &Parameter) -> Option<String> {
     match parameter.values {
         Values::Count { max, .. } => Some(format!("0 to {max}")),
         Values::Number { min, max, .. } => Some(format!("{min} to {max}")),
-        Values::Word(_) | Values::Words(_) | Values::Preset(_) => None,
+        Values::Word(_) | Values::Words(_) | Values::Preset(_) | Values::Text(_) => None,
     }
 }
 
@@ -130,6 +131,7 @@ pub(crate) fn json(methods: &[Denoiser]) -> Value {
             Values::Word(_) => ("word", Value::Null, Value::Null),
             Values::Words(_) => ("words", Value::Null, Value::Null),
             Values::Preset(_) => ("preset", Value::Null, Value::Null),
+            Values::Text(_) => ("text", Value::Null, Value::Null),
         };
         json!({
             "name": p.name,

@@ -9,7 +9,7 @@ use crate::text::{count, shown, volume_not_restored};
 use planish_geometry::bake::{
     self, BakeError, BakeSettings, BakeTarget, Bundle, BundleFile, BundleNames, Fallback, LayoutChoice, SideFiles,
 };
-use planish_geometry::denoise::Denoising;
+use planish_geometry::denoise::{Denoiser, Denoising, Learned};
 use planish_geometry::map::manifest::{self, FileEntry, HeightsLoss, Layout, Target};
 use planish_geometry::mesh::atlas::AtlasError;
 use planish_geometry::progress::Progress;
@@ -68,7 +68,11 @@ fn stem(input: &Path) -> Result<String, Failure> {
 impl Job<'_> {
     /// Makes a method ready to run, and returns it as the goal of a bake.
     pub fn method(&self, denoising: Denoising) -> Result<BakeTarget, Failure> {
-        let denoiser = method::prepare(denoising.denoiser, self.input)?;
+        let mut denoiser = method::prepare(denoising.denoiser, self.input)?;
+        // The manifest names files from its own folder.
+        if let Denoiser::Learned(Learned { network: Some(file), .. }) = &mut denoiser {
+            *file = from_folder(Path::new(file), self.folder);
+        }
         Ok(BakeTarget::Method(Denoising { denoiser, ..denoising }))
     }
 

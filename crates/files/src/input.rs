@@ -50,6 +50,8 @@ pub enum Trust {
 pub const LARGEST_LIBRARY: u64 = 64 << 20;
 /// Bytes of a picture that are read at most, if a file names it.
 pub const LARGEST_PICTURE: u64 = 1 << 30;
+/// Bytes of a file of weights that are read at most.
+pub const LARGEST_WEIGHTS: u64 = 64 << 20;
 /// Bytes of a mesh that are read at most, if a manifest names it.
 pub const LARGEST_MESH: u64 = 16 << 30;
 

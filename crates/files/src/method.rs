@@ -1,17 +1,35 @@
 //! Prepares a method for running; every program calls this before it runs one.
 
 use crate::failure::Failure;
-use planish_geometry::denoise::Denoiser;
+use crate::input::{self, LARGEST_WEIGHTS, NamedFile, Trust};
+use planish_geometry::denoise::{Denoiser, Learned, LearnedWeights};
+use planish_geometry::map::manifest;
 use std::path::Path;
 
-/// Makes a method ready to run. `origin` is the file that errors name: the manifest that contains the method, or else the mesh
-/// that it will denoise.
-///
-/// This checks the settings against their ranges. A method with a file of weights would be resolved here as well: its settings
-/// would name that file and its SHA-256, as a manifest keeps them; this function would read the file beside `origin`, compare
-/// the sum, and put the bytes into a field that serde skips. `Denoiser::deltas` then needs no file.
-pub fn prepare(denoiser: Denoiser, origin: &Path) -> Result<Denoiser, Failure> {
+/// Makes a method that a user has set up ready to run: checks the settings against their ranges, and reads the file of weights, if
+/// there is one. `mesh` is the file that errors name.
+pub fn prepare(denoiser: Denoiser, mesh: &Path) -> Result<Denoiser, Failure> {
+    ready(denoiser, mesh, Path::new(""), Trust::Anywhere)
+}
+
+/// Makes the method of a manifest ready to run. A file of weights lies where the manifest says, beside it or below unless it is trusted, and
+/// has to be that of the bake.
+pub fn prepare_of_manifest(denoiser: Denoiser, manifest: &Path, trust: Trust) -> Result<Denoiser, Failure> {
+    ready(denoiser, manifest, input::folder_of(manifest), trust)
+}
+
+fn ready(mut denoiser: Denoiser, origin: &Path, folder: &Path, trust: Trust) -> Result<Denoiser, Failure> {
     denoiser.check().map_err(|e| Failure::at(origin, e))?;
+    if let Denoiser::Learned(Learned { network: Some(file), network_sha256, loaded, .. }) = &mut denoiser {
+        let path = &folder.join(file);
+        let bytes = NamedFile { path, folder, trust, largest: LARGEST_WEIGHTS }.read()?;
+        let sha256 = manifest::sha256(&bytes);
+        if network_sha256.as_ref().is_some_and(|known| *known != sha256) {
+            return Err(Failure::at(path, "is not the file of weights that the method was run with"));
+        }
+        *loaded = Some(LearnedWeights::parse(&bytes).map_err(|e| Failure::at(path, e))?.into());
+        *network_sha256 = Some(sha256);
+    }
     Ok(denoiser)
 }
 

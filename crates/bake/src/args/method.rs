@@ -4,7 +4,7 @@ use super::limits::LimitArgs;
 use super::values::possible;
 use crate::failure::Failure;
 use crate::method_table::{self, MethodOption};
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser, ValueParser};
+use clap::builder::{NonEmptyStringValueParser, PossibleValue, PossibleValuesParser, TypedValueParser, ValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, Id, ValueEnum};
 use planish_geometry::denoise::{Denoiser, Denoising, Values};
 use planish_geometry::source::MeshData;
@@ -61,6 +61,11 @@ impl MethodArgs {
         self.limits.masks()
     }
 
+    /// Returns true if the method measures the noise at each vertex.
+    pub(crate) fn measures_noise(&self) -> bool {
+        matches!(self.method, Denoiser::Auto(_))
+    }
+
     fn denoiser(&self) -> Result<Denoiser, Failure> {
         let mut denoiser = match self.preset {
             PresetArg::Default => self.method.clone(),
@@ -109,6 +114,7 @@ fn arg(option: &MethodOption) -> Arg {
     match parameter.values {
         Values::Word(_) | Values::Preset(_) => arg.value_name("WORD").value_parser(word()),
         Values::Words(_) => arg.value_name("WORDS").value_delimiter(',').action(ArgAction::Append).value_parser(word()),
+        Values::Text(_) => arg.value_name("FILE").value_parser(NonEmptyStringValueParser::new().map(Value::from)),
         Values::Count { .. } | Values::Number { .. } => {
             let parse = move |text: &str| parameter.parse(text);
             let name = if matches!(parameter.values, Values::Count { .. }) { "N" } else { "X" };

@@ -77,7 +77,7 @@ fn target(files: &MapFiles, model: &Model) -> Result<BakeTarget, Failure> {
     let path = files.path.as_path();
     match &files.manifest.method {
         Method::Denoiser(Denoising { denoiser, limits }) => {
-            let denoiser = method::prepare(denoiser.clone(), path)?;
+            let denoiser = method::prepare_of_manifest(denoiser.clone(), path, files.trust)?;
             Ok(BakeTarget::Method(Denoising { denoiser, limits: limits.clone() }))
         }
         Method::Target(target) => {

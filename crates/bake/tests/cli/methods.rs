@@ -94,7 +94,7 @@ fn an_option_of_another_method_is_refused_with_the_methods_it_goes_with() {
             "--method l0 --closeness 1",
             "--closeness goes with --method sun, bilateral-normals, guided-normals, tgv-normals",
         ),
-        ("--method sun --weights uniform", "--weights goes with --method laplacian, taubin, implicit"),
+        ("--method sun --network uniform", "--network goes with --method laplacian, taubin, implicit"),
         ("--method l0 --iterations 3", "--iterations goes with --method laplacian, taubin, hc, implicit, bilateral, "),
         ("--preset paper", "--preset paper goes with --method hc, bilateral, sun, "),
     ] {
@@ -177,4 +177,33 @@ fn neighbours_may_be_spelt_either_way() {
             folder.succeeds_with_json(&format!("denoise in.obj -o o.obj --method bilateral-normals {option} edge"));
         assert_eq!(report["method"]["neighbours"], "edge");
     }
+}
+
+#[test]
+fn networks_of_ones_own_are_read_from_a_file_and_checked_again() {
+    let folder = Folder::with("in.obj", Mesh::sphere(12).noisy(0.01).obj());
+    let weights = concat!(env!("CARGO_MANIFEST_DIR"), "/../geometry/src/denoise/learned/weights.safetensors");
+    let bytes = std::fs::read(weights).unwrap();
+    folder.write("own/w.safetensors", &bytes);
+    folder.write("own/broken", &bytes[..1000]);
+    folder.succeeds("denoise in.obj --method learned -o built-in.obj");
+    folder.succeeds("denoise in.obj --method learned --network own/w.safetensors -o own.obj");
+    assert!(folder.bytes("own.obj") == folder.bytes("built-in.obj"));
+    folder.refuses(
+        "denoise in.obj --method learned --network own/broken -o new.obj",
+        &["own/broken: not a safetensors file"],
+    );
+    folder.refuses("denoise in.obj --method learned --network own -o new.obj", &["own: is a directory"]);
+    folder.refuses("denoise in.obj --method learned --network none -o new.obj", &["none: "]);
+    folder
+        .refuses("denoise in.obj --method taubin --network none -o new.obj", &["--network goes with --method learned"]);
+    let baked = folder.succeeds_with_json("bake in.obj --method learned --network own/w.safetensors -o own/out");
+    let manifest = folder.json("own/out/in.planish.json");
+    let settings = manifest["method"].as_object().unwrap();
+    assert_eq!(settings["network"], "../w.safetensors", "{baked}");
+    assert_eq!(settings["network_sha256"].as_str().unwrap().len(), 64);
+    folder.refuses("check own/out/in.planish.json", &["w.safetensors", "--trust"]);
+    folder.succeeds("check own/out/in.planish.json --trust");
+    folder.write("own/w.safetensors", &bytes[..bytes.len() - 1]);
+    folder.refuses("check own/out/in.planish.json --trust", &["w.safetensors: is not the file of weights"]);
 }

@@ -61,20 +61,35 @@ pub struct Learned {
     pub motion: Motion,
     /// Treatment of the boundary of an open mesh.
     pub boundary: Boundary,
-    /// Weights of the networks; those that are a part of this crate if it is `None`.
+    /// File with the weights of the networks, for programs that read files; those that are a part of this crate if it is `None`. A file is
+    /// read before the method runs, into `loaded`.
+    #[serde(default)]
+    pub network: Option<String>,
+    /// SHA-256 of that file, hexadecimal, once it was read.
+    #[serde(default)]
+    pub network_sha256: Option<String>,
+    /// Weights that are used instead of those of this crate.
     #[serde(skip)]
-    pub weights: Option<Arc<LearnedWeights>>,
+    pub loaded: Option<Arc<LearnedWeights>>,
 }
 
 impl Default for Learned {
     /// Free, at the boundary as well; with the built-in weights.
     fn default() -> Self {
-        Self { motion: Motion::Free, boundary: Boundary::Free, weights: None }
+        Self { motion: Motion::Free, boundary: Boundary::Free, network: None, network_sha256: None, loaded: None }
     }
 }
 
 /// Parameters of the method.
-pub(super) const PARAMETERS: &[Parameter] = &[MOTION, BOUNDARY];
+pub(super) const PARAMETERS: &[Parameter] = &[
+    Parameter::text_of("network", "/network", "the name of a file", "file with weights of one's own training")
+        .optional(),
+    Parameter::text_of("network-sha256", "/network_sha256", "a SHA-256 in hexadecimal", "of the file with the weights")
+        .optional()
+        .internal(),
+    MOTION,
+    BOUNDARY,
+];
 
 impl DenoiseMethod for Learned {
     const INFO: MethodInfo = MethodInfo {
@@ -93,7 +108,7 @@ impl DenoiseMethod for Learned {
         let fixed = (0..surface.positions().len() as Index).map(is_fixed).collect();
         let mesh = TriangleMesh::of(surface);
         let mut cascade = Cascade::new(surface.positions(), &mesh, fixed);
-        let weights = self.weights.as_deref().unwrap_or_else(|| LearnedWeights::built_in());
+        let weights = self.loaded.as_deref().unwrap_or_else(|| LearnedWeights::built_in());
         cascade.run(&weights.stages, true, progress)?;
         Ok(cascade.deltas())
     }

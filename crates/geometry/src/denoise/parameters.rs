@@ -61,6 +61,8 @@ pub enum Values {
     Words(&'static [Word]),
     /// A word that stands for a group of settings; in JSON these settings themselves.
     Preset(Preset),
+    /// Any text; the words say what it is.
+    Text(&'static str),
 }
 
 /// Words that stand for a group of settings each.
@@ -171,6 +173,15 @@ impl Parameter {
     pub(crate) const fn preset(name: &'static str, pointer: &'static str, preset: Preset, help: &'static str) -> Self {
         Self::new(name, pointer, Values::Preset(preset), help)
     }
+    /// Any text that is `expected`, with an article.
+    pub(crate) const fn text_of(
+        name: &'static str,
+        pointer: &'static str,
+        expected: &'static str,
+        help: &'static str,
+    ) -> Self {
+        Self::new(name, pointer, Values::Text(expected), help)
+    }
     /// The same parameter with another spelling.
     pub(crate) const fn alias(self, alias: &'static str) -> Self {
         Self { alias: Some(alias), ..self }
@@ -212,7 +223,7 @@ impl Parameter {
     pub fn choices(&self) -> &'static [Word] {
         match self.values {
             Values::Word(words) | Values::Words(words) | Values::Preset(Preset { words, .. }) => words,
-            Values::Count { .. } | Values::Number { .. } => &[],
+            Values::Count { .. } | Values::Number { .. } | Values::Text(_) => &[],
         }
     }
 
@@ -226,6 +237,7 @@ impl Parameter {
             Values::Word(_) => is_word(value),
             Values::Words(_) => value.as_array().is_some_and(|words| words.iter().all(is_word)),
             Values::Preset(_) => value.is_object() || is_word(value),
+            Values::Text(_) => value.as_str().is_some_and(|text| !text.is_empty()),
         };
         if is_fine { Ok(()) } else { Err(NotAllowed { expected: self.values.to_string() }) }
     }
@@ -235,7 +247,7 @@ impl Parameter {
         let value = match self.values {
             Values::Count { .. } => text.parse::<u32>().ok().map(Value::from),
             Values::Number { .. } => text.parse::<f64>().ok().map(Value::from),
-            Values::Word(_) | Values::Preset(_) => Some(text.into()),
+            Values::Word(_) | Values::Preset(_) | Values::Text(_) => Some(text.into()),
             Values::Words(_) => Some(text.split(',').collect()),
         };
         // What is no number at all is as little allowed as one out of range.
@@ -263,6 +275,7 @@ impl fmt::Display for Values {
             Self::Number { min, max, .. } => write!(f, "a number between {min} and {max}"),
             Self::Word(words) | Self::Preset(Preset { words, .. }) => write!(f, "one of {}", list(words)),
             Self::Words(words) => write!(f, "a list of some of {}", list(words)),
+            Self::Text(expected) => f.write_str(expected),
         }
     }
 }

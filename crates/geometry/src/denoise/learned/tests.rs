@@ -34,7 +34,7 @@ fn weights_that_are_none_are_refused_by_what_is_wrong_with_them() {
 #[test]
 fn without_stages_nothing_moves() {
     let noisy = displaced(&shapes::sphere(3), &white_noise(&shapes::sphere(3), 0.2, 1));
-    let settings = Learned { weights: Some(LearnedWeights::none().into()), ..Learned::default() };
+    let settings = Learned { loaded: Some(LearnedWeights::none().into()), ..Learned::default() };
     let deltas = Denoiser::Learned(settings).deltas(&noisy, &Silent).unwrap();
     assert!(deltas.iter().all(|delta| *delta == DVec3::ZERO));
 }
@@ -44,8 +44,8 @@ fn each_stage_brings_a_noisy_box_nearer_to_the_clean_one() {
     let clean = shapes::gridded_box(16);
     let noisy = displaced(&clean, &white_noise(&clean, 0.2, 1));
     let after = |stages: usize| {
-        let weights = Some(LearnedWeights::built_in().truncated(stages).into());
-        let learned = Denoiser::Learned(Learned { weights, ..Learned::default() });
+        let loaded = Some(LearnedWeights::built_in().truncated(stages).into());
+        let learned = Denoiser::Learned(Learned { loaded, ..Learned::default() });
         mean_angle(&clean, &noisy.at(learned.denoised(&noisy, &Silent).unwrap()))
     };
     let [none, one, two, three] = [0, 1, 2, 3].map(after);

@@ -78,6 +78,7 @@ fn the_ends_of_a_range_are_allowed_and_what_is_beyond_is_not() {
                     let all: Value = words.iter().map(|w| w.name).collect();
                     (vec![all, json!([words[0].name])], vec![json!(["x"]), words[0].name.into()])
                 }
+                Values::Text(_) => (vec!["a".into()], vec!["".into(), 1.into()]),
                 Values::Preset(preset) => {
                     (preset.words.iter().map(|w| w.name.into()).collect(), vec!["x".into(), json!([])])
                 }

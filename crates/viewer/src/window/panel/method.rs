@@ -144,6 +144,8 @@ fn widget(ui: &mut Ui, parameter: &Parameter, value: &mut Value) -> Response {
             response
         }
         Values::Words(words) => several(ui, label, words, value),
+        // Names of files are given on the command line.
+        Values::Text(_) => ui.label(format!("{label}: {}", value.as_str().unwrap_or("built in"))),
     }
 }
 
