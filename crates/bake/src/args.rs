@@ -279,6 +279,8 @@ pub(crate) struct DenoiseArgs {
 }
 
 #[derive(Args, Debug)]
+// An option of a map that is not made would be ignored.
+#[command(mut_group("MapArgs", |group| group.requires("bake")))]
 pub(crate) struct BatchArgs {
     /// Meshes, folders with meshes in them and below, or patterns such as "scans/**/*.ply"
     #[arg(value_name = "MESH|DIR|PATTERN", required_unless_present = "list")]
