@@ -57,9 +57,9 @@ def test_every_method_gives_the_bits_of_the_command_line(method, planish, tmp_pa
 
 
 def test_the_report_is_that_of_the_command_line(planish, tmp_path):
-    options = ["--method", "guided-normals", "--normal-iterations", "5", "--fix", "boundary", "--max-displacement", "0.3"]
+    options = ["--method", "guided-normals", "--iterations", "5", "--fix", "boundary", "--max-displacement", "0.3"]
     report = command(planish, "denoise", DUCK, "-o", tmp_path / "a.obj", *options)
-    result = package.read(DUCK).denoise("guided-normals", normal_iterations=5, fix="boundary", max_displacement=0.3)
+    result = package.read(DUCK).denoise("guided-normals", iterations=5, fix="boundary", max_displacement=0.3)
     written = result.write(tmp_path / "b.obj")
     assert (tmp_path / "a.obj").read_bytes() == (tmp_path / "b.obj").read_bytes()
     ours = {**result.report, **written, "output": report["output"]}
@@ -200,7 +200,7 @@ ERRORS = [
     (lambda v, f: (v, f), {"method": "magic"}, "there is no method `magic`"),
     (lambda v, f: (v, f), {"radius": 3}, "auto has no setting `radius`; it has"),
     (lambda v, f: (v, f), {"method": "taubin", "iterations": -1}, "setting `iterations` of taubin: -1 is not a whole number"),
-    (lambda v, f: (v, f), {"method": "taubin", "pass_band": np.nan}, "a setting is infinite or not a number"),
+    (lambda v, f: (v, f), {"method": "taubin", "step": np.nan}, "a setting is infinite or not a number"),
     (lambda v, f: (v, f), {"fix": [200]}, "`fix`: .*201"),
     (lambda v, f: (v, f), {"fix": [-1]}, r"`fix\[0\]` is negative"),
     (lambda v, f: (v, f), {"max_displacement": -1.0}, "`max_displacement` is a number between 0 and"),

@@ -258,7 +258,7 @@ def denoise(
     >>> bool(result.vertices[:, 2].std() < 0.5 * rough.std())
     True
     >>> result.choice["kind"]
-    'white'
+    'independent'
 
     Raises :class:`InputError` if the arrays are no mesh, or a setting is out of its range, and :class:`Interrupted` if ``progress``
     returned False.
@@ -319,7 +319,7 @@ def bake(
     >>> faces = [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]
     >>> bundle = bake(tent, faces, method="laplacian", iterations=1, step=1.0)
     >>> bundle.heights.shape
-    (3, 3)
+    (4, 4)
     >>> round(float(bundle.heights.max()), 6)
     1.0
     >>> list(bundle.files)[-1]
@@ -408,6 +408,6 @@ def methods() -> dict[str, dict[str, Any]]:
     unit and help.
 
     >>> [p["name"] for p in methods()["taubin"]["parameters"]][:2]
-    ['iterations', 'pass-band']
+    ['iterations', 'step']
     """
     return {method["name"]: method for method in json.loads(_planish.methods())}

@@ -34,6 +34,8 @@ def method_options(
     }
     try:
         return json.dumps(options, default=_plain, allow_nan=False)
+    except InputError:
+        raise
     except ValueError:
         raise InputError("a setting is infinite or not a number") from None
 

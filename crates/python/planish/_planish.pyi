@@ -6,6 +6,8 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
+__all__ = ["Bundle", "Mesh", "apply", "denoise", "main", "methods", "version"]
+
 _Path = str | PathLike[str]
 _Floats = NDArray[np.float64]
 _Indices = NDArray[np.int64] | NDArray[np.uint32] | NDArray[np.int32]

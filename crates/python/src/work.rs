@@ -54,7 +54,6 @@ pub(crate) fn run<T: Send>(
     work: impl FnOnce(&dyn Progress) -> Result<T, Failure> + Send,
 ) -> PyResult<T> {
     let watch = Watch::default();
-    let mut told = None;
     let (result, stopped) = std::thread::scope(|scope| {
         let (sender, mut receiver) = channel();
         let watch = &watch;
@@ -72,7 +71,7 @@ pub(crate) fn run<T: Send>(
                 Err(RecvTimeoutError::Disconnected) => return (None, stopped),
                 Err(RecvTimeoutError::Timeout) if stopped.is_some() => {}
                 Err(RecvTimeoutError::Timeout) => {
-                    if let Err(error) = py.check_signals().and_then(|()| tell(progress, watch, &mut told)) {
+                    if let Err(error) = py.check_signals().and_then(|()| tell(progress, watch)) {
                         watch.is_stopped.store(true, Ordering::Relaxed);
                         stopped = Some(error);
                     }
@@ -90,14 +89,10 @@ pub(crate) fn run<T: Send>(
     }
 }
 
-/// Tells the callable of the stage and the fraction that is done, if they are not those that it was told last. Fails if it
-/// returns False.
-fn tell(progress: Option<&Bound<PyAny>>, watch: &Watch, told: &mut Option<(&'static str, f64)>) -> PyResult<()> {
+/// Tells the callable of the stage and of the fraction of it that is done. Fails if it returns False.
+fn tell(progress: Option<&Bound<PyAny>>, watch: &Watch) -> PyResult<()> {
     let Some(progress) = progress else { return Ok(()) };
-    let now = (watch.stage_now(), watch.fraction_now());
-    // A callable that only wants to stop the work is asked even where nothing moves.
-    *told = Some(now);
-    let answer = progress.call1(now)?;
+    let answer = progress.call1((watch.stage_now(), watch.fraction_now()))?;
     let is_false = answer.cast::<PyBool>().is_ok_and(|answer| !answer.is_true());
     if is_false { Err(raised(Failure::Interrupted)) } else { Ok(()) }
 }
