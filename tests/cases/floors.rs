@@ -15,13 +15,14 @@ const MODULES: [(&str, &[&str]); 6] = [
 ];
 
 /// Packages of the workspace and which others each may depend on outside of its tests.
-const PACKAGES: [(&str, &[&str]); 7] = [
+const PACKAGES: [(&str, &[&str]); 8] = [
     ("crates/memory", &[]),
     ("shaders", &[]),
     ("crates/geometry", &[]),
     ("crates/render", &["planish-geometry", "planish-shaders"]),
     ("crates/files", &["planish-geometry", "planish-memory"]),
     ("crates/bake", &["planish-geometry", "planish-files", "planish-memory"]),
+    ("crates/python", &["planish", "planish-geometry", "planish-files", "planish-memory"]),
     ("crates/viewer", &["planish-geometry", "planish-files", "planish-memory", "planish-render", "planish-shaders"]),
 ];
 

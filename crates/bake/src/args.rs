@@ -8,7 +8,7 @@ mod values;
 
 pub(crate) use method::{MethodArgs, PresetArg};
 pub(crate) use noise::{NoiseArgs, NoiseRequest};
-pub(crate) use values::{MapArg, OrAuto, SpaceArg};
+pub(crate) use values::{MapArg, OrAuto, Shard, SpaceArg};
 
 use crate::method_table;
 use clap::builder::ValueParser;
@@ -78,6 +78,12 @@ pub(crate) enum Command {
     /// Only the numbers of the `v` lines change; order, UVs, groups, materials, comments and spacing stay the same byte for byte.
     #[command(after_help = "Example:\n  planish denoise scan.obj -o smooth.obj --update-normals")]
     Denoise(DenoiseArgs),
+    /// Denoise or bake many meshes, each whole or not at all
+    ///
+    /// Prints one line of JSON for each mesh, and keeps these lines in a journal in the folder of the results. A mesh that fails is
+    /// named and the others are done; the exit code is then 1. Memory is bounded by the meshes that are being worked on.
+    #[command(after_help = "Example:\n  planish batch scans -o clean --jobs 4 --resume")]
+    Batch(BatchArgs),
     /// Measure results against the clean mesh
     ///
     /// Ea is the mean angle between corresponding face normals; distances are in mean edge lengths of the clean mesh.
@@ -152,22 +158,9 @@ impl TrustArgs {
 const NORMALS: &str =
     "angle, denoised or leaning, whichever loses least, for methods that have --motion; angle for other methods";
 
+/// Options for the map.
 #[derive(Args, Debug)]
-pub(crate) struct BakeArgs {
-    /// The noisy mesh
-    #[arg(value_name = "MESH")]
-    pub(crate) input: PathBuf,
-    /// Folder for the results; created if missing [default: ./NAME-planish]
-    #[arg(short, long, value_name = "DIR")]
-    pub(crate) output: Option<PathBuf>,
-    #[command(flatten)]
-    pub(crate) method: MethodArgs,
-    #[command(flatten, next_help_heading = "Denoising")]
-    pub(crate) welding: WeldArgs,
-    /// Bake the displacement to this mesh instead: the result of any other denoiser, with the same vertices in the same order
-    #[arg(long, value_name = "DENOISED", help_heading = "Denoising")]
-    #[arg(conflicts_with_all = method::options())]
-    pub(crate) target: Option<PathBuf>,
+pub(crate) struct MapArgs {
     /// Strength λ for the normal map and for the settings of other programs: 0 is noisy, 1 is denoised
     #[arg(long, value_name = "L", default_value_t = 1.0, allow_negative_numbers = true, value_parser = finite, help_heading = "Map")]
     pub(crate) lambda: f64,
@@ -212,6 +205,26 @@ pub(crate) struct BakeArgs {
     /// Do not write NAME.glb, the carrier as binary glTF with the denoised surface as a morph target
     #[arg(long, help_heading = "Map")]
     pub(crate) no_glb: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct BakeArgs {
+    /// The noisy mesh
+    #[arg(value_name = "MESH")]
+    pub(crate) input: PathBuf,
+    /// Folder for the results; created if missing [default: ./NAME-planish]
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) method: MethodArgs,
+    #[command(flatten, next_help_heading = "Denoising")]
+    pub(crate) welding: WeldArgs,
+    /// Bake the displacement to this mesh instead: the result of any other denoiser, with the same vertices in the same order
+    #[arg(long, value_name = "DENOISED", help_heading = "Denoising")]
+    #[arg(conflicts_with_all = method::options())]
+    pub(crate) target: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) map: MapArgs,
     #[command(flatten)]
     pub(crate) trust: TrustArgs,
 }
@@ -265,6 +278,47 @@ pub(crate) struct DenoiseArgs {
     /// 99th percentile; the quality of the vertices of a .ply is σ in the unit of the mesh
     #[arg(long, value_name = "OUT.ply|.obj")]
     pub(crate) noise_map: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) trust: TrustArgs,
+}
+
+#[derive(Args, Debug)]
+// An option of a map that is not made would be ignored.
+#[command(mut_group("MapArgs", |group| group.requires("bake")))]
+pub(crate) struct BatchArgs {
+    /// Meshes, folders with meshes in them and below, or patterns such as "scans/**/*.ply"
+    #[arg(value_name = "MESH|DIR|PATTERN", required_unless_present = "list")]
+    pub(crate) inputs: Vec<PathBuf>,
+    /// Read meshes from a text file as well, one path in each line; `-` for stdin
+    #[arg(long, value_name = "FILE|-")]
+    pub(crate) list: Option<PathBuf>,
+    /// Folder for the results; a mesh that was found in a folder or by a pattern keeps its place below it
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+    /// Bake displacement maps, each into a folder NAME-planish, instead of writing denoised meshes
+    #[arg(long)]
+    pub(crate) bake: bool,
+    /// Number of meshes that are worked on at the same time [default: the number of processors]
+    ///
+    /// Each of them gets an equal part of the processors, and needs memory.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub(crate) jobs: Option<u32>,
+    /// Do only part I of N parts of all meshes, counted from 1; the parts can run on different machines
+    #[arg(long, value_name = "I/N", value_parser = values::shard)]
+    pub(crate) shard: Option<Shard>,
+    /// Leave out meshes that a journal in DIR says are done with the same settings, and have not changed since
+    #[arg(long)]
+    pub(crate) resume: bool,
+    #[command(flatten)]
+    pub(crate) method: MethodArgs,
+    #[command(flatten, next_help_heading = "Denoising")]
+    pub(crate) welding: WeldArgs,
+    /// Update the numbers of the `vn` lines too, as for `planish denoise`
+    #[arg(long, conflicts_with = "bake")]
+    pub(crate) update_normals: bool,
+    /// Options for the maps of --bake
+    #[command(flatten)]
+    pub(crate) map: MapArgs,
     #[command(flatten)]
     pub(crate) trust: TrustArgs,
 }

@@ -2,6 +2,7 @@
 
 pub(crate) mod apply;
 pub(crate) mod bake;
+pub(crate) mod batch;
 pub(crate) mod bench_quality;
 pub(crate) mod check;
 pub(crate) mod compare;

@@ -86,6 +86,19 @@ impl Console {
         }
     }
 
+    /// Prints a line of a result while work goes on, unless nothing but errors is printed.
+    pub(crate) fn print_line(&self, line: &str) -> Result<(), Failure> {
+        if self.quiet { Ok(()) } else { self.terminal.suspended(|| terminal::print(line.as_bytes())) }
+    }
+
+    /// Prints text for people on standard error, unless nothing but errors is printed.
+    pub(crate) fn aside(&self, text: &str) {
+        self.terminal.clear();
+        if !self.quiet {
+            terminal::print_text_aside(text);
+        }
+    }
+
     /// Writes to stdout. A closed pipe is not an error.
     pub(crate) fn print_bytes(&self, bytes: &[u8]) -> Result<(), Failure> {
         terminal::print(bytes)

@@ -45,6 +45,8 @@ pub struct Baked {
     pub warnings: Vec<String>,
     /// Paths of the files that were read, and must not be overwritten.
     inputs: Vec<PathBuf>,
+    /// Name of the file of the bundle that holds the mesh itself; `None` if the mesh came from a file.
+    own_source: Option<String>,
 }
 
 /// Returns the folder for the results if the user names none: `NAME-planish` in the working folder.
@@ -159,8 +161,31 @@ impl Job<'_> {
         let bundle = bake::bake(model, &names, side_files, settings, progress).map_err(|e| explain(e, model, input))?;
         warnings.extend(input::summary(refused.into_inner().unwrap_or_default()));
         warnings.extend(warn(&bundle));
-        Ok(Baked { bundle, warnings, inputs })
+        Ok(Baked { bundle, warnings, inputs, own_source: None })
     }
+}
+
+/// Bakes a mesh that was given as arrays into memory. The files of the bundle begin with `name`, and the mesh itself becomes one of
+/// them, `NAME.noisy.obj`, so that the map can be checked and applied. Fails if `name` is no name of a file.
+pub fn bake_arrays(
+    model: &Model,
+    name: &str,
+    settings: &BakeSettings,
+    progress: &dyn Progress,
+) -> Result<Baked, Failure> {
+    if Path::new(name).file_name() != Some(name.as_ref()) || name.contains(char::is_control) {
+        return Err(Failure::Input(format!("`{}` is no name of a file", name.escape_default())));
+    }
+    let source = format!("{name}.noisy.obj");
+    let names = BundleNames { source: source.clone(), stem: name.to_owned(), carrier: name.to_owned() };
+    let baked = bake::bake(model, &names, SideFiles::NONE, settings, progress);
+    let mut bundle = baked.map_err(|e| explain(e, model, Path::new(name)))?;
+    let mut warnings: Vec<String> = flaws(model).iter().map(ToString::to_string).collect();
+    warnings.extend(warn(&bundle));
+    let bytes = model.source().bytes().into_owned();
+    // The manifest stays the last file.
+    bundle.files.insert(bundle.files.len().saturating_sub(1), BundleFile { name: source.clone(), bytes });
+    Ok(Baked { bundle, warnings, inputs: Vec::new(), own_source: Some(source) })
 }
 
 impl Baked {
@@ -172,8 +197,20 @@ impl Baked {
         let manifest = files.last().map(|file| path.join(&file.name)).unwrap_or_default();
         let new: Vec<(&Path, &[u8])> = files.iter().map(|f| (Path::new(&f.name), f.bytes.as_slice())).collect();
         let is_new = |name: &str| files.iter().any(|file| file.name == name);
-        folder.write_bundle(&new, || earlier(&manifest, &path, is_new))
+        folder.write_bundle(&new, || {
+            let mut earlier = earlier(&manifest, &path, is_new);
+            // A manifest of this name that names such a mesh was made of arrays, too.
+            earlier
+                .replaceable
+                .extend(self.own_source.iter().filter(|own| names_source(&manifest, own)).map(PathBuf::from));
+            earlier
+        })
     }
+}
+
+/// Returns true if there is a manifest that says that its mesh is `name`.
+fn names_source(manifest: &Path, name: &str) -> bool {
+    input::manifest(manifest).is_ok_and(|manifest| manifest.source.file == name)
 }
 
 /// Finds the files of an earlier bake under the same name, by its manifest.

@@ -4,7 +4,6 @@ use crate::text::shown;
 use planish_geometry::denoise::limits::LimitsError;
 use planish_geometry::progress::Cancelled;
 use std::path::Path;
-use std::process::ExitCode;
 
 /// An error as one sentence for the user, with the exit code that it stands for.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -37,10 +36,10 @@ impl Failure {
         }
     }
     /// Returns the exit code that a program ends with.
-    pub fn exit_code(&self) -> ExitCode {
+    pub fn status(&self) -> u8 {
         match self {
-            Self::Input(_) => ExitCode::from(2),
-            Self::Internal(_) | Self::Interrupted => ExitCode::from(1),
+            Self::Input(_) => 2,
+            Self::Internal(_) | Self::Interrupted => 1,
         }
     }
 }

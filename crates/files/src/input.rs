@@ -12,7 +12,7 @@ use planish_geometry::progress::Progress;
 use planish_geometry::source::format::Format;
 use planish_geometry::source::mesh_file::MeshFile;
 use planish_geometry::source::model::Model;
-use planish_geometry::source::{MeshData, Source, materials};
+use planish_geometry::source::{Source, materials};
 use std::cell::RefCell;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -168,16 +168,9 @@ pub fn model(path: &Path, welding: Welding, trust: Trust, progress: &dyn Progres
 /// Welds a mesh that was read from `path`. Fails if no face is left, if the welding distance is too large, or if coordinates are.
 pub fn weld(source: Source, path: &Path, welding: Welding, progress: &dyn Progress) -> Result<Model, Failure> {
     progress.check()?;
-    if let Welding::Epsilon(epsilon) = welding {
-        let [low, high] = bounds(source.data());
-        let diagonal = low.distance(high);
-        if epsilon > LARGEST_WELD * diagonal {
-            let limit = LARGEST_WELD * diagonal;
-            let reason = format!("--weld {epsilon} is more than a hundredth of the mesh (at most {limit:.3e})");
-            return Err(Failure::at(path, reason));
-        }
-    }
-    check_scale(&source).map_err(|reason| Failure::at(path, reason))?;
+    let used = source.data().faces().items().iter().map(|corner| corner.position);
+    check_numbers(source.data().positions(), used, welding, |v| vertex_place(&source, v))
+        .map_err(|reason| Failure::at(path, reason))?;
     progress.stage("connecting");
     let model = Model::new(source, welding);
     progress.check()?;
@@ -187,27 +180,35 @@ pub fn weld(source: Source, path: &Path, welding: Welding, progress: &dyn Progre
     Ok(model)
 }
 
-/// Bounding box of the source vertices that faces use.
-fn bounds(data: &MeshData) -> [DVec3; 2] {
-    let used = data.faces().items().iter().map(|corner| data.positions()[corner.position as usize]);
+/// Bounding box of positions, those of `used` (#c).
+fn bounds(positions: &[DVec3], used: impl Iterator<Item = Index>) -> [DVec3; 2] {
+    let used = used.map(|v| positions[v as usize]);
     used.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)])
 }
 
-/// Fails if coordinates are so large or so small that products of them leave double precision: then nothing can be measured.
-fn check_scale(source: &Source) -> Result<(), String> {
-    let data = source.data();
-    let beyond = |p: &DVec3| p.abs().max_element() > LARGEST_COORDINATE;
+/// Fails if the welding distance is too large, or if coordinates are so large or so small that products of them leave double
+/// precision: then nothing can be measured. `used` lists the indices of the positions that faces name, and `place` names one for
+/// the beginning of a message.
+pub fn check_numbers(
+    positions: &[DVec3],
+    used: impl Iterator<Item = Index> + Clone,
+    welding: Welding,
+    place: impl Fn(Index) -> String,
+) -> Result<(), String> {
+    let [low, high] = bounds(positions, used.clone());
+    let diagonal = low.distance(high);
+    if let Welding::Epsilon(epsilon) = welding
+        && epsilon > LARGEST_WELD * diagonal
+    {
+        let limit = LARGEST_WELD * diagonal;
+        return Err(format!("--weld {epsilon} is more than a hundredth of the mesh (at most {limit:.3e})"));
+    }
+    let beyond = |v: &Index| positions[*v as usize].abs().max_element() > LARGEST_COORDINATE;
     let advice =
         format!("planish computes with sizes from {SMALLEST_SIZE:e} to {LARGEST_COORDINATE:e}; scale the mesh");
-    let used = data.faces().items().iter().map(|corner| corner.position);
-    if let Some(v) = used
-        .min_by_key(|&v| (!beyond(&data.positions()[v as usize]), v))
-        .filter(|&v| beyond(&data.positions()[v as usize]))
-    {
-        return Err(format!("{}a coordinate is too large: {advice}", vertex_place(source, v)));
+    if let Some(v) = used.filter(beyond).min() {
+        return Err(format!("{}a coordinate is too large: {advice}", place(v)));
     }
-    let [low, high] = bounds(data);
-    let diagonal = low.distance(high);
     if 0.0 < diagonal && diagonal < SMALLEST_SIZE || diagonal == 0.0 && low != high {
         return Err(format!("the mesh is too small: {advice}"));
     }

@@ -5,6 +5,7 @@
 pub mod bake_files;
 mod cleanup;
 pub mod compression;
+pub mod denoise_mesh;
 pub mod failure;
 pub mod info;
 pub mod input;

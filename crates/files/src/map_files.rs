@@ -3,6 +3,7 @@
 use crate::failure::Failure;
 use crate::input::{self, LARGEST_MESH, LARGEST_PICTURE, NamedFile, Trust};
 use crate::text::shown;
+use glam::DVec3;
 use planish_geometry::map::displace::{self, MeshError, ShaderVertex};
 use planish_geometry::map::displacement::Displacement;
 use planish_geometry::map::manifest::{self, Manifest, Target, UvSource};
@@ -135,6 +136,26 @@ impl MapFiles {
     pub fn vertices(&self, mesh: &Source, path: &Path) -> Result<Vec<ShaderVertex>, Failure> {
         let carrier = || self.carrier_mesh().ok()?.into_obj();
         displace::baked_vertices(mesh, &self.manifest, &carrier).map_err(|e| self.explain(e, path))
+    }
+
+    /// Positions of the source vertices of a mesh that was read from `path`, displaced by the map with the strength λ. #v×3, model
+    /// units. Fails as [`Self::vertices`] does, or if a vertex goes to infinity.
+    pub fn displaced(
+        &self,
+        map: &Displacement,
+        mesh: &Source,
+        path: &Path,
+        lambda: f64,
+    ) -> Result<Vec<DVec3>, Failure> {
+        let vertices = self.vertices(mesh, path)?;
+        let displaced = displace::displaced(&vertices, map, lambda as f32, self.manifest.displacement.origin);
+        match displaced.iter().position(|p| !p.is_finite()) {
+            Some(v) => {
+                let place = input::vertex_place(mesh, v as u32);
+                Err(Failure::at(path, format!("{place}the map displaces this vertex to infinity")))
+            }
+            None => Ok(displaced),
+        }
     }
 
     /// Says why a mesh does not go with the manifest.

@@ -56,6 +56,11 @@ impl Terminal {
         self.bar.suspend(|| say("warning", &text));
     }
 
+    /// Does something that prints, without the progress bar.
+    pub fn suspended<T>(&self, print: impl FnOnce() -> T) -> T {
+        self.bar.suspend(print)
+    }
+
     /// Removes the progress bar, so that results can be printed.
     pub fn clear(&self) {
         self.bar.finish_and_clear();
@@ -123,9 +128,19 @@ const MOST_THREADS: usize = 256;
 /// Does work with as many threads as the processor has, or as RAYON_NUM_THREADS says, or as the system allows: a limit on threads
 /// or memory makes the work slower, and results are the same.
 pub fn with_threads<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    with_part_of_threads(1, work)
+}
+
+/// Number of threads that [`with_threads`] tries to have.
+pub fn thread_count() -> usize {
     let asked = std::env::var("RAYON_NUM_THREADS").ok().and_then(|count| count.parse().ok()).filter(|count| *count > 0);
     let available = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    let mut count = asked.unwrap_or_else(available).min(MOST_THREADS);
+    asked.unwrap_or_else(available).min(MOST_THREADS)
+}
+
+/// Does work as [`with_threads`] does, beside other work of the kind: with an equal part of the threads, at least one.
+pub fn with_part_of_threads<T: Send>(parts: usize, work: impl FnOnce() -> T + Send) -> T {
+    let mut count = (thread_count() / parts.max(1)).max(1);
     loop {
         match rayon::ThreadPoolBuilder::new().num_threads(count).build() {
             Ok(pool) => return pool.install(work),
@@ -219,11 +234,16 @@ pub fn print_text_aside(text: &str) {
 
 /// Ends a program: says on standard error why it failed, and returns the exit code.
 pub fn conclude(outcome: Result<(), Failure>) -> ExitCode {
+    ExitCode::from(status(outcome))
+}
+
+/// Says on standard error why a program failed, and returns the exit code as a number.
+pub fn status(outcome: Result<(), Failure>) -> u8 {
     match outcome {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         Err(failure) => {
             say("error", &failure);
-            failure.exit_code()
+            failure.status()
         }
     }
 }

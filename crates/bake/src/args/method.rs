@@ -56,6 +56,11 @@ impl MethodArgs {
         Ok(Denoising { denoiser: self.denoiser()?, limits: self.limits.limits(mesh)? })
     }
 
+    /// Fails if the method does not have a setting that was given.
+    pub(crate) fn check(&self) -> Result<(), Failure> {
+        self.denoiser().map(drop)
+    }
+
     /// Lists the files of `--fix`.
     pub(crate) fn masks(&self) -> impl Iterator<Item = &PathBuf> {
         self.limits.masks()

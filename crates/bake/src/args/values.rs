@@ -48,6 +48,23 @@ pub(crate) enum SpaceArg {
     Tangent,
 }
 
+/// One of several parts of a list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Shard {
+    /// Number of the part, counted from 1.
+    pub(crate) part: usize,
+    /// Number of parts.
+    pub(crate) parts: usize,
+}
+
+/// Parses `--shard`.
+pub(super) fn shard(text: &str) -> Result<Shard, String> {
+    let numbers = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+    let allowed = numbers.filter(|(part, parts)| (1..=*parts).contains(part));
+    let (part, parts) = allowed.ok_or("a shard is I/N with I from 1 to N, such as 2/8")?;
+    Ok(Shard { part, parts })
+}
+
 /// Parses `--size`.
 pub(super) fn side(text: &str) -> Result<OrAuto<u32>, String> {
     if text == "auto" {

@@ -8,7 +8,6 @@ use crate::input;
 use crate::output::Output;
 use planish_files::map_files::MapFiles;
 use planish_files::mesh_output;
-use planish_geometry::map::displace;
 use planish_geometry::progress::Progress as _;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -45,13 +44,8 @@ pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
     };
     console.check()?;
     console.stage("displacing");
-    let vertices = files.vertices(&source, &mesh)?;
     let lambda = args.lambda.unwrap_or(entry.lambda);
-    let displaced = displace::displaced(&vertices, &map, lambda as f32, entry.origin);
-    if let Some(v) = displaced.iter().position(|p| !p.is_finite()) {
-        let place = input::vertex_place(&source, v as u32);
-        return Err(Failure::at(&mesh, format!("{place}the map displaces this vertex to infinity")));
-    }
+    let displaced = files.displaced(&map, &source, &mesh, lambda)?;
     let moved = source.data().positions().iter().zip(&displaced).map(|(p, q)| p.distance(*q));
     let max_displacement = moved.fold(0.0, f64::max);
     console.stage("writing");

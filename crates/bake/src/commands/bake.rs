@@ -1,19 +1,21 @@
 //! The command `planish bake`.
 
 use super::{count, measure, one_line};
-use crate::args::{BakeArgs, MapArg, SpaceArg};
+use crate::args::{BakeArgs, MapArg, MapArgs, MethodArgs, SpaceArg};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::output::Folder;
-use planish_files::bake_files::{self, Job};
+use planish_files::bake_files::{self, Baked, Job};
+use planish_files::input::Trust;
 use planish_files::text;
-use planish_geometry::bake::{self, BakeSettings, Carriers, Lambda, LargestSide, LayoutChoice, Quanta};
+use planish_geometry::bake::{self, BakeSettings, BakeTarget, Carriers, Lambda, LargestSide, LayoutChoice, Quanta};
 use planish_geometry::map::displacement::{FileFormat, MapKind, TexelFormat};
 use planish_geometry::map::manifest::{Manifest, UvSource};
-use planish_geometry::progress::Progress as _;
+use planish_geometry::mesh::weld::Welding;
+use planish_geometry::progress::Progress;
 use serde::Serialize;
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Report of the command.
 #[derive(Serialize)]
@@ -26,36 +28,11 @@ struct Wrote<'a> {
 }
 
 pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
-    let (texel, map) = (texel(args)?, map_kind(args)?);
-    check_layout(args)?;
+    let settings = settings(&args.map, args.welding.weld)?;
     let input = &args.input;
     let default = || bake_files::default_folder(input);
     let folder = args.output.clone().map_or_else(default, Ok)?;
-    let model = super::model(input, args.welding.weld, args.trust.rule(), console)?;
-    let folder = Folder::open(&folder)?;
-    let protected: Vec<PathBuf> = args.method.masks().chain(&args.target).cloned().collect();
-    let job = Job { input, model: &model, folder: folder.path(), protected: &protected, trust: args.trust.rule() };
-    let target = match &args.target {
-        Some(path) => job.target(path)?,
-        None => job.method(args.method.denoising(model.data())?)?,
-    };
-    let settings = BakeSettings {
-        target,
-        welding: args.welding.weld,
-        normals: args.normals.0,
-        lambda: Lambda(args.lambda),
-        map,
-        layout: args.layout,
-        side: args.size.0,
-        largest_side: LargestSide(args.max_size),
-        tolerance: Quanta(args.tolerance),
-        interpolation: args.interpolation,
-        texels: args.texels,
-        texel,
-        convention: args.normal_convention,
-        carriers: if args.no_glb { Carriers::Obj } else { Carriers::ObjAndGlb },
-    };
-    let baked = job.run(&settings, console)?;
+    let (baked, folder) = bake(input, &folder, &settings, &Goal::of(args), args.trust.rule(), console)?;
     console.stage("writing");
     let written = baked.write(folder)?;
     baked.warnings.iter().for_each(|warning| console.warn(warning));
@@ -70,8 +47,63 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
     console.report(&report, || text(&report))
 }
 
+/// What a map leads to.
+pub(super) struct Goal<'a> {
+    pub(super) method: &'a MethodArgs,
+    /// Mesh that was denoised by other means, instead of the method.
+    pub(super) target: Option<&'a PathBuf>,
+}
+
+impl<'a> Goal<'a> {
+    fn of(args: &'a BakeArgs) -> Self {
+        Self { method: &args.method, target: args.target.as_ref() }
+    }
+}
+
+/// Bakes a mesh into memory, for a folder that exists afterwards and is removed again unless something is written to it.
+pub(super) fn bake(
+    input: &Path,
+    folder: &Path,
+    settings: &BakeSettings,
+    goal: &Goal,
+    trust: Trust,
+    progress: &dyn Progress,
+) -> Result<(Baked, Folder), Failure> {
+    let model = super::model(input, settings.welding, trust, progress)?;
+    let folder = Folder::open(folder)?;
+    let protected: Vec<PathBuf> = goal.method.masks().chain(goal.target).cloned().collect();
+    let job = Job { input, model: &model, folder: folder.path(), protected: &protected, trust };
+    let target = match goal.target {
+        Some(path) => job.target(path)?,
+        None => job.method(goal.method.denoising(model.data())?)?,
+    };
+    let baked = job.run(&BakeSettings { target, ..settings.clone() }, progress)?;
+    Ok((baked, folder))
+}
+
+/// Settings of a bake by the default method. Fails if options contradict each other.
+pub(crate) fn settings(args: &MapArgs, welding: Welding) -> Result<BakeSettings, Failure> {
+    check_layout(args)?;
+    Ok(BakeSettings {
+        target: BakeTarget::default(),
+        welding,
+        normals: args.normals.0,
+        lambda: Lambda(args.lambda),
+        map: map_kind(args)?,
+        layout: args.layout,
+        side: args.size.0,
+        largest_side: LargestSide(args.max_size),
+        tolerance: Quanta(args.tolerance),
+        interpolation: args.interpolation,
+        texels: args.texels,
+        texel: texel(args)?,
+        convention: args.normal_convention,
+        carriers: if args.no_glb { Carriers::Obj } else { Carriers::ObjAndGlb },
+    })
+}
+
 /// Fails if the layout does not go with the size, or is not built in.
-fn check_layout(args: &BakeArgs) -> Result<(), Failure> {
+fn check_layout(args: &MapArgs) -> Result<(), Failure> {
     let layout = args.layout;
     if layout == LayoutChoice::Vertex && args.size.0.is_some() {
         let reason = "--size does not go with --layout vertex, whose size follows from the number of vertices";
@@ -86,7 +118,7 @@ fn check_layout(args: &BakeArgs) -> Result<(), Failure> {
 }
 
 /// Returns the format of the texels; `--format` and `--bits` may give a part of it or all.
-fn texel(args: &BakeArgs) -> Result<TexelFormat, Failure> {
+fn texel(args: &MapArgs) -> Result<TexelFormat, Failure> {
     let format = args.format.unwrap_or(if args.bits == Some(32) { FileFormat::Exr } else { FileFormat::Png });
     let bits = args.bits.unwrap_or(if format == FileFormat::Exr { 32 } else { 16 });
     TexelFormat::new(format, bits).ok_or_else(|| {
@@ -104,7 +136,7 @@ fn texel(args: &BakeArgs) -> Result<TexelFormat, Failure> {
 }
 
 /// Returns the kind of map.
-fn map_kind(args: &BakeArgs) -> Result<MapKind, Failure> {
+fn map_kind(args: &MapArgs) -> Result<MapKind, Failure> {
     match (args.map, args.space) {
         (MapArg::Scalar, None) => Ok(MapKind::Scalar),
         (MapArg::Scalar, Some(_)) => Err(Failure::Input("--space goes with --map vector".to_owned())),

@@ -1,19 +1,18 @@
 //! The command `planish denoise`.
 
-use crate::args::DenoiseArgs;
+use crate::args::{DenoiseArgs, MethodArgs};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::heat_map;
-use crate::input;
 use crate::output::{self, Output};
+use planish_files::denoise_mesh::{self, DenoiseReport, ReportedHeights, WeldedMesh};
+use planish_files::input::Trust;
 use planish_files::text::{self, one_line, shown};
 use planish_files::{mesh_output, method};
-use planish_geometry::denoise::limits::Outcome;
-use planish_geometry::denoise::{Denoiser, Denoising, DenoisingError, Moved, NormalField, auto};
-use planish_geometry::map::manifest::HeightsLoss;
+use planish_geometry::mesh::weld::Welding;
 use planish_geometry::metrics::Triangles;
-use planish_geometry::progress::Progress as _;
-use planish_geometry::source::flaws::flaws;
+use planish_geometry::progress::Progress;
+use planish_geometry::source::flaws::{Flaw, flaws};
 use planish_geometry::source::format::Format;
 use planish_geometry::source::mesh_file::MeshFile;
 use planish_geometry::source::model::Model;
@@ -23,22 +22,10 @@ use std::path::{Path, PathBuf};
 
 /// Report of the command.
 #[derive(Serialize)]
-struct Denoised {
+pub(super) struct Denoised {
     output: String,
-    method: Denoising,
-    /// Noise that the method `auto` measured, and the candidates that it chose.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    choice: Option<auto::DenoiseChoice>,
-    vertices: usize,
-    faces: usize,
-    mean_edge: f64,
-    mean_displacement: f64,
-    max_displacement: f64,
-    /// Loss of heights; only with `--motion along-normal`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    heights: Option<Heights>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    limits: Option<Outcome>,
+    #[serde(flatten)]
+    figures: DenoiseReport,
     /// Largest distance between a denoised position and the one that the file holds, model units.
     rounding: f64,
     /// Heat map of the noise.
@@ -49,83 +36,108 @@ struct Denoised {
     lost: Vec<String>,
 }
 
-/// Difference between the surface that heights can express and the free result.
-#[derive(Serialize)]
-struct Heights {
-    normals: NormalField,
-    #[serde(flatten)]
-    loss: HeightsLoss,
-}
-
 pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> {
-    let inputs: Vec<&Path> = [&args.input].into_iter().chain(args.method.masks()).map(PathBuf::as_path).collect();
-    let output = Output::open(&args.output, &inputs)?;
-    let noise_map = args.noise_map.as_ref().map(|path| open_noise_map(path, args, &inputs)).transpose()?;
+    let output = Request::of(args).open()?;
+    let noise_map = args.noise_map.as_ref().map(|path| open_noise_map(path, args)).transpose()?;
     console.reserve_stdout([&output].into_iter().chain(&noise_map))?;
-    let model = super::model(&args.input, args.welding.weld, args.trust.rule(), console)?;
-    let surface = model.surface();
-    for flaw in flaws(&model).iter().filter(|flaw| flaw.concerns_denoising()) {
-        console.warn(&format!("{}: {flaw}", shown(&args.input)));
-    }
-    let mut method = args.method.denoising(model.data())?;
-    method.denoiser = method::prepare(method.denoiser, &args.input)?;
-    let moved = method.run(surface, model.weld(), method.output(), console).map_err(|e| match e {
-        DenoisingError::Limits(e) => Failure::limits(&e, &args.input),
-        DenoisingError::Cancelled(_) => Failure::Interrupted,
-    })?;
-    let Moved { deltas, along, limits, choice } = moved;
-    let denoised = surface.moved_by(&deltas);
-    if let Some(v) = denoised.iter().position(|p| !p.is_finite()) {
-        return Err(went_to_infinity(&args.input, &model, v, &method.denoiser));
-    }
-    console.stage("writing");
-    let normals = args.update_normals.then(|| model.updated_file_normals(&denoised));
-    let source = model.source();
-    let mut file = mesh_output::write(&args.output, source, &model.weld().spread(&denoised), normals.as_deref())?;
-    console.check()?;
-    let written = output.path().to_path_buf();
-    let painted = args.noise_map.as_ref().zip(choice.as_ref());
-    let painted = painted.map(|(path, choice)| paint_noise(path, &model, &choice.deviations));
-    let bytes = std::mem::take(&mut file.bytes);
-    output::write_all([(output, bytes)].into_iter().chain(noise_map.zip(painted)).collect())?;
-    let lengths = || deltas.iter().map(|d| d.length());
-    let report = Denoised {
-        output: written.display().to_string(),
-        method,
-        choice,
-        vertices: model.data().positions().len(),
-        faces: model.data().faces().len(),
-        mean_edge: surface.mean_edge(),
-        mean_displacement: lengths().sum::<f64>() / deltas.len() as f64,
-        max_displacement: lengths().fold(0.0, f64::max),
-        heights: along.map(|(along, normals)| Heights { normals, loss: along.residual.into() }),
-        limits,
-        rounding: file.rounding,
-        noise_map: args.noise_map.as_ref().map(|path| path.display().to_string()),
-        lost: file.lost.clone(),
-    };
-    let notes = source.file().map_or(&[][..], MeshFile::notes);
-    notes.iter().for_each(|note| console.warn(&format!("{}: {note}", shown(&args.input))));
-    mesh_output::warnings(&args.output, &args.input, source, &file, surface.mean_edge())
-        .iter()
-        .for_each(|w| console.warn(w));
-    if let Some(warning) = limits.as_ref().and_then(text::volume_not_restored) {
-        console.warn(&warning);
-    }
-    let normals_of_file = if source.format() == Format::Obj { "`vn` lines" } else { "normals of the vertices" };
-    if model.data().normals().is_empty() && args.update_normals {
-        let input = shown(&args.input);
-        console.warn(&format!("{input}: --update-normals has no effect, because there are no {normals_of_file}"));
-    } else if !model.data().normals().is_empty() && !args.update_normals {
-        console.warn(&format!(
-            "the {normals_of_file} are still those of the noisy mesh; use --update-normals to update them"
-        ));
-    }
+    let (report, warnings) = Request::of(args).run(output, noise_map, console)?;
+    warnings.iter().for_each(|w| console.warn(w));
     console.report(&report, || text(&report))
 }
 
+/// A mesh to denoise, and where the result goes.
+pub(super) struct Request<'a> {
+    pub(super) input: &'a Path,
+    pub(super) output: &'a Path,
+    pub(super) method: &'a MethodArgs,
+    pub(super) welding: Welding,
+    /// Whether the normals of the file follow the new shape.
+    pub(super) update_normals: bool,
+    pub(super) trust: Trust,
+}
+
+impl<'a> Request<'a> {
+    fn of(args: &'a DenoiseArgs) -> Self {
+        Self {
+            input: &args.input,
+            output: &args.output,
+            method: &args.method,
+            welding: args.welding.weld,
+            update_normals: args.update_normals,
+            trust: args.trust.rule(),
+        }
+    }
+
+    /// Checks before any work is done that the result can be written.
+    pub(super) fn open(&self) -> Result<Output, Failure> {
+        Output::open(self.output, &self.inputs())
+    }
+
+    /// Files that the command reads.
+    fn inputs(&self) -> Vec<&'a Path> {
+        [self.input].into_iter().chain(self.method.masks().map(PathBuf::as_path)).collect()
+    }
+
+    /// Denoises the mesh and writes it to the output, which [`Self::open`] gave, and a heat map of the noise if one is wanted. Returns the
+    /// report and warnings, one line each.
+    pub(super) fn run(
+        &self,
+        output: Output,
+        noise_map: Option<Output>,
+        progress: &dyn Progress,
+    ) -> Result<(Denoised, Vec<String>), Failure> {
+        let Self { input, update_normals, .. } = *self;
+        let model = super::model(input, self.welding, self.trust, progress)?;
+        let concern = |flaw: &Flaw| flaw.concerns_denoising().then(|| format!("{}: {flaw}", shown(input)));
+        let mut warnings: Vec<String> = flaws(&model).iter().filter_map(concern).collect();
+        let mut method = self.method.denoising(model.data())?;
+        method.denoiser = method::prepare(method.denoiser, input)?;
+        let mesh = WeldedMesh { surface: model.surface(), weld: model.weld(), faces: model.data().faces().len() };
+        let denoised = denoise_mesh::denoise(mesh, method, progress).map_err(|e| e.at(input, model.source()))?;
+        progress.stage("writing");
+        let normals = update_normals.then(|| model.updated_file_normals(&denoised.positions));
+        let source = model.source();
+        let positions = model.weld().spread(&denoised.positions);
+        let mut file = mesh_output::write(self.output, source, &positions, normals.as_deref())?;
+        progress.check()?;
+        let shown_path = |output: &Output| output.path().display().to_string();
+        let (written, noise_map_path) = (shown_path(&output), noise_map.as_ref().map(shown_path));
+        let deviations = denoised.report.choice.as_ref().map(|choice| &choice.deviations[..]);
+        let painted = noise_map.zip(deviations).map(|(map, deviations)| {
+            let bytes = paint_noise(map.path(), &model, deviations);
+            (map, bytes)
+        });
+        let bytes = std::mem::take(&mut file.bytes);
+        output::write_all([(output, bytes)].into_iter().chain(painted).collect())?;
+        let notes = source.file().map_or(&[][..], MeshFile::notes);
+        warnings.extend(notes.iter().map(|note| format!("{}: {note}", shown(input))));
+        warnings.extend(mesh_output::warnings(self.output, input, source, &file, denoised.report.mean_edge));
+        warnings.extend(denoised.report.limits.as_ref().and_then(text::volume_not_restored));
+        warnings.extend(self.stale_normals(&model));
+        let figures = denoised.report;
+        let (rounding, lost) = (file.rounding, file.lost);
+        let report = Denoised { output: written, figures, rounding, noise_map: noise_map_path, lost };
+        Ok((report, warnings))
+    }
+
+    /// Warns if normals of the file should have been updated, or cannot be.
+    fn stale_normals(&self, model: &Model) -> Option<String> {
+        let normals = if model.source().format() == Format::Obj { "`vn` lines" } else { "normals of the vertices" };
+        match (model.data().normals().is_empty(), self.update_normals) {
+            (true, true) => {
+                let input = shown(self.input);
+                Some(format!("{input}: --update-normals has no effect, because there are no {normals}"))
+            }
+            (false, false) => {
+                Some(format!("the {normals} are still those of the noisy mesh; use --update-normals to update them"))
+            }
+            _ => None,
+        }
+    }
+}
+
 /// Opens the file of `--noise-map`, which no other file of the command may be.
-fn open_noise_map(path: &Path, args: &DenoiseArgs, inputs: &[&Path]) -> Result<Output, Failure> {
+fn open_noise_map(path: &Path, args: &DenoiseArgs) -> Result<Output, Failure> {
     heat_map::extension(path, "--noise-map")?;
     if !args.method.measures_noise() {
         return Err(Failure::Input("--noise-map goes with --method auto".to_owned()));
@@ -133,7 +145,7 @@ fn open_noise_map(path: &Path, args: &DenoiseArgs, inputs: &[&Path]) -> Result<O
     if path == args.output || output::same_file(path, &args.output) {
         return Err(Failure::at(path, "is named for the denoised mesh and for --noise-map"));
     }
-    Output::open(path, inputs)
+    Output::open(path, &Request::of(args).inputs())
 }
 
 /// Formats the input with the deviations of its noise (#V, model units) as colours.
@@ -144,29 +156,20 @@ fn paint_noise(path: &Path, model: &Model, deviations: &[f64]) -> Vec<u8> {
     heat_map::paint(path, &Triangles::from(model.data()), &model.weld().spread(deviations), max, &legend)
 }
 
-/// Says which vertex a method moved to infinity, and which of its settings would help.
-fn went_to_infinity(input: &Path, model: &Model, vertex: usize, denoiser: &Denoiser) -> Failure {
-    let place = input::vertex_place(model.source(), model.weld().first()[vertex]);
-    let has = |option: &&&str| denoiser.options().any(|parameter| parameter.name == **option);
-    let smaller: Vec<String> = ["step", "iterations"].iter().filter(has).map(|o| format!("a smaller --{o}")).collect();
-    let advice = if smaller.is_empty() { String::new() } else { format!(": use {}", smaller.join(" or ")) };
-    Failure::Internal(format!("{}: {place}{} moved this vertex to infinity{advice}", shown(input), denoiser.name()))
-}
-
 /// Formats the report for people.
 fn text(report: &Denoised) -> String {
-    let Denoised { output, mean_edge, mean_displacement, max_displacement, vertices, .. } = report;
-    let chosen = report.choice.as_ref().map(|choice| format!("  auto: {choice}\n")).unwrap_or_default();
+    let DenoiseReport { mean_edge, mean_displacement, max_displacement, vertices, .. } = &report.figures;
+    let chosen = report.figures.choice.as_ref().map(|choice| format!("  auto: {choice}\n")).unwrap_or_default();
     let mut out = format!(
         "wrote {}\n{chosen}  {vertices} vertices, moved by {:.3} mean edge lengths on average, {:.3} at most\n",
-        one_line(output),
+        one_line(&report.output),
         mean_displacement / mean_edge,
         max_displacement / mean_edge
     );
-    if let Some(Heights { normals, loss }) = &report.heights {
+    if let Some(ReportedHeights { normals, loss }) = &report.figures.heights {
         let _ = writeln!(out, "  along normals ({}): {loss}", text::along(*normals));
     }
-    if let Some(limits) = &report.limits {
+    if let Some(limits) = &report.figures.limits {
         let _ = writeln!(out, "  limits: {}", text::limits(limits));
     }
     out

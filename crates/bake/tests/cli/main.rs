@@ -5,6 +5,7 @@
 mod apply;
 mod bad_input;
 mod bad_manifest;
+mod batch;
 mod bundle;
 mod check;
 mod commands;

@@ -32,6 +32,39 @@ named! {
 #[error("the file has no normals (no face names a `vn`)")]
 pub struct NoFileNormals;
 
+/// Welded surface of positions and faces, without the mesh that they came from: all that denoising needs.
+#[derive(Clone, Debug)]
+pub struct WeldedSurface {
+    /// Vertex that each position became.
+    pub weld: Weld,
+    /// Surface of the vertices, without degenerate and duplicate faces.
+    pub surface: Surface,
+    tidy: TidyFaces,
+}
+
+impl WeldedSurface {
+    /// Welds positions (#v×3, model units) and connects faces, each of which lists the indices of its positions counter-clockwise
+    /// seen from outside.
+    ///
+    /// # Panics
+    /// If a face names a position that does not exist.
+    pub fn new<F>(positions: &[DVec3], faces: impl IntoIterator<Item = F>, welding: Welding) -> Self
+    where
+        F: IntoIterator<Item = Index>,
+    {
+        let weld = Weld::new(positions, welding);
+        let mut welded = Ragged::default();
+        for face in faces {
+            welded.push(face.into_iter().map(|v| weld.vertex_of()[v as usize]));
+        }
+        let count = weld.first().len();
+        let mut tidy = topology::tidy(count, &welded);
+        let topology = Topology::new(count, std::mem::take(&mut tidy.faces));
+        let positions = weld.first().iter().map(|&v| positions[v as usize]).collect();
+        Self { surface: Surface::new(topology, positions), weld, tidy }
+    }
+}
+
 /// A mesh as it was given, and its welded surface.
 #[derive(Clone, Debug)]
 pub struct Model {
@@ -71,17 +104,9 @@ impl Model {
     pub fn new(source: impl Into<Source>, welding: Welding) -> Self {
         let source = source.into();
         let data = source.data();
-        let weld = Weld::new(data.positions(), welding);
-        let vertex = |corner: &Corner| weld.vertex_of()[corner.position as usize];
-        let mut faces = Ragged::default();
-        for face in data.faces().iter() {
-            faces.push(face.iter().map(vertex));
-        }
-        let count = weld.first().len();
-        let mut tidy = topology::tidy(count, &faces);
-        let topology = Topology::new(count, std::mem::take(&mut tidy.faces));
-        let positions = weld.first().iter().map(|&v| data.positions()[v as usize]).collect();
-        Self { surface: Surface::new(topology, positions), source, weld, tidy }
+        let faces = data.faces().iter().map(|face| face.iter().map(|corner| corner.position));
+        let WeldedSurface { weld, surface, tidy } = WeldedSurface::new(data.positions(), faces, welding);
+        Self { source, weld, surface, tidy }
     }
     /// The mesh as it was given.
     pub fn source(&self) -> &Source {
