@@ -37,7 +37,7 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
     let job = Job { input, model: &model, folder: folder.path(), protected: &protected, trust: args.trust.rule() };
     let target = match &args.target {
         Some(path) => job.target(path)?,
-        None => job.method(args.method.denoising(model.data())?)?,
+        None => job.method(args.method.denoising(model.source(), input)?)?,
     };
     let settings = BakeSettings {
         target,
@@ -172,8 +172,12 @@ fn layout_text(m: &Manifest) -> [(&'static str, String); 2] {
         return [("seams", gap), ("layout", "one texel for each vertex".to_owned())];
     };
     let n = count(own.seam_vertices, "vertex", "vertices");
+    let private = match r.private_vertices {
+        0 => String::new(),
+        n => format!(", {} with private texels", count(n, "vertex", "vertices")),
+    };
     let layout = format!(
-        "{}, {:.1} % covered, {} unresolved",
+        "{}, {:.1} % covered{private}, {} unresolved",
         if m.displacement.uvs == UvSource::Mesh { "the mesh's own" } else { "a new atlas, in the carrier" },
         100.0 * r.layout.coverage,
         count(r.unresolved_vertices, "vertex", "vertices")
