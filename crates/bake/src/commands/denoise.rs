@@ -61,7 +61,7 @@ pub(crate) fn run(args: &DenoiseArgs, console: &Console) -> Result<(), Failure> 
     for flaw in flaws(&model).iter().filter(|flaw| flaw.concerns_denoising()) {
         console.warn(&format!("{}: {flaw}", shown(&args.input)));
     }
-    let mut method = args.method.denoising(model.data())?;
+    let mut method = args.method.denoising(model.source(), &args.input)?;
     method.denoiser = method::prepare(method.denoiser, &args.input)?;
     let moved = method.run(surface, model.weld(), method.output(), console).map_err(|e| match e {
         DenoisingError::Limits(e) => Failure::limits(&e, &args.input),

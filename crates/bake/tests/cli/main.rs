@@ -13,6 +13,7 @@ mod formats;
 mod heights;
 mod help;
 mod limits;
+mod materials;
 mod mesh;
 mod methods;
 mod noise;
