@@ -222,8 +222,11 @@ fn with_private_texels(
         [Room::OutsideCharts, Room::Anywhere].iter().flat_map(|room| sides.iter().map(move |s| (*room, s)))
     {
         let coverage = Coverage::new(surface, atlas, Size::square(side), progress)?;
-        let mut maps = interpolated(request, TextureLayout { surface, atlas, coverage: &coverage }, channels)?;
         let places = private_texels::Layout { atlas, coverage: &coverage, is_used: &is_used, room };
+        if room == Room::OutsideCharts && !private_texels::may_have_room(places) {
+            continue;
+        }
+        let mut maps = interpolated(request, TextureLayout { surface, atlas, coverage: &coverage }, channels)?;
         let exactness = layout::exactness(settings);
         let fitted = private_texels::fit_with_private_texels(&mut maps, places, channels, exactness, progress)?;
         let Some(private) = fitted else { continue };

@@ -94,6 +94,16 @@ pub(crate) fn fit_with_private_texels(
     Ok(Some(private))
 }
 
+/// Returns false if there is not even room for the vertices without texture coordinates and for all but one at each place: then a
+/// fit is not worth its time.
+pub(crate) fn may_have_room(layout: Layout) -> bool {
+    let Layout { atlas, coverage, is_used, room } = layout;
+    let vertices = 0..atlas.wedges().len() as Index;
+    let unmapped = vertices.filter(|&v| is_used(v) && atlas.dominant(v).is_none()).count();
+    let needed = unmapped + at_places_of_others(atlas, coverage.size()).len();
+    needed <= free_texels(atlas, coverage, room).len()
+}
+
 /// A layout with room for private texels.
 #[derive(Clone, Copy)]
 pub(crate) struct Layout<'a> {
@@ -203,8 +213,11 @@ mod tests {
         let heights: Vec<f64> = (0..surface.positions().len()).map(height).collect();
         let mut maps = [HeightMap { size, texels: vec![0.5; size.texels()] }];
         let layout = Layout { atlas, coverage: &coverage, is_used: &|_| true, room };
+        let may_have_room = may_have_room(layout);
         let channels = std::slice::from_ref(&heights);
-        let private = fit_with_private_texels(&mut maps, layout, channels, EXACTNESS, &Silent).unwrap()?;
+        let private = fit_with_private_texels(&mut maps, layout, channels, EXACTNESS, &Silent).unwrap();
+        assert!(may_have_room || private.is_none());
+        let private = private?;
         let texels = &maps[0].texels;
         for (v, height) in (0..).zip(&heights) {
             let sampled = match private.iter().find(|pair| pair[0] == v) {
