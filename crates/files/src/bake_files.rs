@@ -270,7 +270,7 @@ fn private_texels(report: &Report) -> String {
     let reasons: Vec<String> = reasons.into_iter().filter(|reason| reason.0 > 0).map(|reason| reason.1).collect();
     let mut text =
         format!("private texels for {}, of those that {}", vertices(report.private_vertices), reasons.join(" or "));
-    if let Some(errors) = report.own_uvs.as_ref().and_then(|own| own.errors) {
+    if let Some(errors) = report.own_uvs.as_ref().and_then(|own| own.errors).filter(|errors| errors.vertices > 0) {
         let (n, max) = (vertices(errors.vertices), measure(errors.max));
         text.push_str(&format!("; a program that knows only the mesh's own UVs puts {n} wrong, by {max} at most"));
     }

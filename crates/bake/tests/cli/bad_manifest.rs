@@ -21,7 +21,7 @@ fn values_that_make_no_sense_are_named() {
         ("/planish", json!(3), &["version 3", "versions 1 to 2"]),
         ("/private_texels", json!([[0, 0, 0]]), &["private_texels", "names no vertex"]),
         ("/private_texels", json!([[1, 99999, 0]]), &["private_texels", "no texel"]),
-        ("/private_texels", json!([[1, 0]]), &["private_texels"]),
+        ("/private_texels", json!([[1, 0]]), &["invalid length 2"]),
         ("/planish", json!("one"), &["version"]),
         ("/displacement/scale", json!(-1.0), &["displacement.scale", "-1"]),
         ("/displacement/scale", json!(1e300), &["displacement.scale"]),

@@ -158,6 +158,11 @@ fn layouts_without_space() -> Vec<(&'static str, Model)> {
     ]
 }
 
+/// Settings for maps that are small enough for a test.
+fn small() -> BakeSettings {
+    BakeSettings { largest_side: LargestSide(256), ..BakeSettings::default() }
+}
+
 #[test]
 fn vertices_without_a_place_have_private_texels_and_all_are_exact() {
     let target = BakeTarget::from(Denoiser::Laplacian(Laplacian::default()));
@@ -168,7 +173,7 @@ fn vertices_without_a_place_have_private_texels_and_all_are_exact() {
             (MapKind::VectorObject, TexelFormat::Png16, None),
             (MapKind::VectorTangent, TexelFormat::Png16, Some(100)),
         ] {
-            let settings = BakeSettings { target: target.clone(), map, texel, side, ..BakeSettings::default() };
+            let settings = BakeSettings { target: target.clone(), map, texel, side, ..small() };
             let bundle = bake_of(&model, &settings);
             let (manifest, report) = (&bundle.manifest, &bundle.manifest.report);
             assert_eq!((manifest.displacement.layout, manifest.planish), (Layout::Uv, 2), "{name}");
@@ -198,7 +203,7 @@ fn vertices_without_a_place_have_private_texels_and_all_are_exact() {
 fn private_texels_are_read_by_their_vertex_alone() {
     for (name, model) in layouts_without_space() {
         let target = BakeTarget::from(Denoiser::Laplacian(Laplacian::default()));
-        let bundle = bake_of(&model, &BakeSettings { target, ..BakeSettings::default() });
+        let bundle = bake_of(&model, &BakeSettings { target, ..small() });
         let manifest = &bundle.manifest;
         let entry = &manifest.displacement;
         let map =
@@ -224,7 +229,7 @@ fn private_texels_are_read_by_their_vertex_alone() {
 #[test]
 fn layouts_with_space_have_no_private_texels_and_the_first_version() {
     let target = BakeTarget::from(Denoiser::Laplacian(Laplacian::default()));
-    let bundle = bake_of(&sheet_with_uvs(|p| p), &BakeSettings { target, ..BakeSettings::default() });
+    let bundle = bake_of(&sheet_with_uvs(|p| p), &BakeSettings { target, ..small() });
     assert_eq!((bundle.manifest.planish, bundle.manifest.private_texels.len()), (1, 0));
     assert!(!bundle.manifest.to_json().contains("private"));
 }
@@ -232,7 +237,7 @@ fn layouts_with_space_have_no_private_texels_and_the_first_version() {
 #[test]
 fn normal_maps_are_flat_where_charts_overlap() {
     let target = BakeTarget::from(Denoiser::Laplacian(Laplacian::default()));
-    let settings = BakeSettings { target, ..BakeSettings::default() };
+    let settings = BakeSettings { target, ..small() };
     // The second chart lies on the upper half of the first one.
     let model = sheet_with_uvs(|p| if p.x >= 0.3 { p + DVec2::new(-0.5, -0.3) } else { p });
     let bundle = bake_of(&model, &settings);
