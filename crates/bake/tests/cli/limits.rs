@@ -265,8 +265,7 @@ fn masks_that_do_not_fit_are_named() {
     folder.write("bare.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     folder.write("text.png", "no picture");
     for (mesh, mask, words) in [
-        ("in.obj", "colour:alpha", &["alpha", "red, green, blue, grey"][..]),
-        ("in.obj", "group:middle", &["error: in.obj: has no group and no object `middle`"]),
+        ("in.obj", "group:middle", &["error: in.obj: has no group and no object `middle`"][..]),
         ("in.obj", "material:left", &["error: in.obj: ", "`left`", "m_left, m_right"]),
         ("in.obj", "text.png", &["error: text.png: "]),
         ("in.obj", "absent.png", &["error: absent.png: "]),
@@ -276,6 +275,8 @@ fn masks_that_do_not_fit_are_named() {
     ] {
         folder.refuses(&format!("denoise {mesh} -o out.obj --mask {mask}"), words);
     }
+    let command = "denoise in.obj -o out.obj --mask colour:alpha";
+    folder.refuses_usage(command, &["`alpha` is no channel", "red, green, blue, grey"]);
 }
 
 #[test]
@@ -302,7 +303,7 @@ fn directions_are_baked_as_vectors_and_not_as_heights() {
     let folder = coloured();
     let bake = format!("bake in.obj -o out {SMOOTH} --direction 0,0,1");
     folder.refuses(&bake, &["error: in.obj: ", "0,0,1", "--map vector"]);
-    folder.refuses("denoise in.obj -o out.obj --direction 1,2", &["`1,2` is no direction"]);
+    folder.refuses_usage("denoise in.obj -o out.obj --direction 1,2", &["`1,2` is no direction"]);
     folder.succeeds(&format!("{bake} --map vector --bits 32"));
     assert_eq!(folder.json("out/in.planish.json")["method"]["limits"]["direction"], "0,0,1");
     folder.succeeds("check out/in.planish.json");
