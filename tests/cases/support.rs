@@ -88,7 +88,7 @@ impl Read {
         Self { manifest, map, carrier }
     }
 
-    /// Where a shader puts each corner of each face at λ = 1: by the texel of its `v` line, or the place that the manifest
+    /// Where a shader puts each corner of each face at λ = 1: by the texel of its `v` line, or its private texel, or the place that the manifest
     /// names for it, or else its own texture coordinates. Relative to the manifest's origin.
     fn displaced_corners(&self) -> impl Iterator<Item = (usize, Vec3)> + '_ {
         let origin = self.manifest.displacement.origin;
@@ -96,15 +96,20 @@ impl Read {
         for [v, vt] in self.manifest.dominant_pairs() {
             dominant[v as usize] = Some(vt);
         }
+        let mut private = vec![None; dominant.len()];
+        for texel in &self.manifest.private_texels {
+            private[texel.vertex as usize - 1] = Some(texel.row * self.manifest.displacement.width + texel.column);
+        }
         self.carrier.data().faces().items().iter().map(move |corner| {
             let v = corner.position as usize;
             let vertex = ShaderVertex {
                 position: (self.carrier.data().positions()[v] - origin).as_vec3(),
                 normal: self.carrier.data().normals()[corner.normal().unwrap() as usize].as_vec3(),
                 sample_at: match self.manifest.displacement.layout {
-                    Layout::Uv => dominant[v]
-                        .or(corner.uv())
-                        .map(|vt| SampleAt::Uv(self.carrier.data().uvs()[vt as usize].as_vec2())),
+                    Layout::Uv => private[v].map(SampleAt::Texel).or_else(|| {
+                        let vt = dominant[v].or(corner.uv())?;
+                        Some(SampleAt::Uv(self.carrier.data().uvs()[vt as usize].as_vec2()))
+                    }),
                     Layout::Vertex => Some(SampleAt::Texel(corner.position)),
                 },
                 ..ShaderVertex::default()
@@ -151,8 +156,7 @@ pub(crate) fn keeps_its_promises(model: &Model, settings: &BakeSettings, bundle:
 
 /// Height that the map gives a vertex where a shader samples it.
 pub(crate) fn sampled(read: &Read) -> impl Iterator<Item = f32> + '_ {
-    let pairs = read.manifest.dominant_pairs();
-    let rule = SamplingRule::new(read.manifest.displacement.layout, &pairs);
-    let vertices = displace::carrier_vertices(read.carrier.data(), rule, DVec3::ZERO);
+    let rule = SamplingRule::of(&read.manifest);
+    let vertices = displace::carrier_vertices(read.carrier.data(), &rule, DVec3::ZERO);
     vertices.into_iter().filter_map(|v| v.sample_at).map(|sample_at| read.map.height_at(sample_at, Weights::Exact))
 }

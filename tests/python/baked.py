@@ -82,10 +82,24 @@ class Bake:
     def sampled_at(self):
         """The texture coordinate, v up, that each vertex samples at (#V x 2), in single precision."""
         if self.map["layout"] == "uv":
-            return self.uvs[self.texels].astype("f4")
+            places = self.uvs[self.texels].astype("f4")
+            vertices, column, row = np.array(self.manifest.get("private_texels", []), dtype=int).reshape(-1, 3).T
+            places[vertices - 1] = self.centres(column, row)
+            return places
         row, column = np.divmod(np.arange(len(self.positions)), self.map["width"])
-        centres = np.stack([(column + 0.5) / self.map["width"], 1 - (row + 0.5) / self.map["height"]], axis=1)
-        return centres.astype("f4")
+        return self.centres(column, row)
+
+    def centres(self, column, row):
+        """Texture coordinates of the centres of texels, v up (n x 2), in single precision."""
+        size = self.map["width"], self.map["height"]
+        return np.stack([(column + 0.5) / size[0], 1 - (row + 0.5) / size[1]], axis=1).astype("f4")
+
+    @property
+    def private(self):
+        """Whether each vertex has a private texel, #V."""
+        result = np.zeros(len(self.positions), dtype=bool)
+        result[[vertex - 1 for vertex, _, _ in self.manifest.get("private_texels", [])]] = True
+        return result
 
     @functools.cached_property
     def image(self):
@@ -164,6 +178,18 @@ def without_uvs(path, folder):
                 line = " ".join(["f", *(word.split("/")[0] for word in words)])
             if key not in ("vt", "vn", "mtllib", "usemtl"):
                 print(line, file=out)
+    return copy
+
+
+def folded(path, folder):
+    """A copy of a mesh whose texture coordinates are folded along the middle, so that charts lie upon others."""
+    copy = folder / f"folded_{path.name}"
+    with open(copy, "w", encoding="utf-8") as out:
+        for line in path.read_text(encoding="utf-8").splitlines():
+            key, *words = line.split() or [""]
+            if key == "vt":
+                line = f"vt {abs(float(words[0]) - 0.5)} {words[1]}"
+            print(line, file=out)
     return copy
 
 

@@ -46,12 +46,13 @@ def planish_quantities():
 
 @pytest.fixture(scope="session")
 def baked(planish, tmp_path_factory):
-    """A function of a mesh file, "uvs" or "bare" (without its texture coordinates) and options of `planish bake`; each
-    case is baked once."""
+    """A function of a mesh file, "uvs", "bare" (without its texture coordinates) or "folded" (with charts upon others), and options
+    of `planish bake`; each case is baked once."""
     # It imports this file.
-    from baked import bake, without_uvs
+    from baked import bake, folded, without_uvs
 
     done = {}
+    change = {"uvs": lambda mesh, _: mesh, "bare": without_uvs, "folded": folded}
 
     def make(mesh, uvs, *options):
         key = (mesh, uvs, options)
@@ -59,7 +60,7 @@ def baked(planish, tmp_path_factory):
             if mesh is None:
                 pytest.skip(NO_MESHES)
             folder = tmp_path_factory.mktemp(mesh.stem)
-            done[key] = bake(planish, mesh if uvs == "uvs" else without_uvs(mesh, folder), folder / "out", *options)
+            done[key] = bake(planish, change[uvs](mesh, folder), folder / "out", *options)
         return done[key]
 
     return make

@@ -20,6 +20,7 @@ CASES = [
     pytest.param(DUCK, "uvs", ("--layout", "vertex", "--bits", "8"), id="duck-vertex-8"),
     pytest.param(DUCK, "uvs", ("--layout", "vertex", "--bits", "32"), id="duck-vertex-32"),
     pytest.param(DUCK, "bare", ("--layout", "vertex", "--bits", "32"), id="bare-vertex-32"),
+    pytest.param(DUCK, "folded", ("--layout", "auto", "--bits", "16"), id="folded-private-16"),
 ]
 
 

@@ -84,6 +84,7 @@ GLTFS = [
     pytest.param(DUCK, "uvs", (*VERTEX, *EXR), id="duck-vertex-32"),
     pytest.param(DUCK, "uvs", (*VERTEX, "--bits", "8"), id="duck-vertex-8"),
     pytest.param(DUCK, "bare", (*VERTEX, *EXR), id="bare-vertex-32"),
+    pytest.param(DUCK, "folded", ("--layout", "auto", *EXR), id="folded-private-32"),
 ]
 
 

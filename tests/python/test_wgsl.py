@@ -96,6 +96,7 @@ CASES = [
     pytest.param(DUCK, "uvs", ("--bits", "16"), id="duck-uv-16"),
     pytest.param(SPOT, "uvs", ("--bits", "32"), id="spot-uv-32"),
     pytest.param(DUCK, "uvs", ("--layout", "vertex", "--bits", "32"), id="duck-vertex-32"),
+    pytest.param(DUCK, "folded", ("--layout", "auto", "--bits", "32"), id="folded-private-32"),
 ]
 
 

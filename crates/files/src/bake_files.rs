@@ -4,13 +4,14 @@ use crate::compression;
 use crate::failure::Failure;
 use crate::input::{self, LARGEST_PICTURE, NamedFile, Trust};
 use crate::method;
+use crate::named_path::{self, NamedPath};
 use crate::output::{self, Earlier, Folder};
-use crate::text::{count, shown, volume_not_restored};
+use crate::text::{count, measure, one_line, shown, volume_not_restored};
 use planish_geometry::bake::{
     self, BakeError, BakeSettings, BakeTarget, Bundle, BundleFile, BundleNames, Fallback, LayoutChoice, SideFiles,
 };
 use planish_geometry::denoise::{Denoiser, Denoising, Learned};
-use planish_geometry::map::manifest::{self, FileEntry, HeightsLoss, Layout, Target};
+use planish_geometry::map::manifest::{self, FileEntry, HeightsLoss, Report, Target};
 use planish_geometry::mesh::atlas::AtlasError;
 use planish_geometry::progress::Progress;
 use planish_geometry::source::flaws::flaws;
@@ -97,7 +98,9 @@ impl Job<'_> {
         let Self { input, model, folder, protected, trust } = *self;
         let names = names(input, folder, stem(input)?);
         let (mut missing, mut library_paths, mut libraries) = (Vec::new(), Vec::new(), Vec::new());
-        for library in input::libraries(input, model.source(), trust) {
+        let read = input::libraries(input, model.source(), trust);
+        let mut notes = input::library_notes(&read, model.data());
+        for library in read {
             match library.bytes {
                 Ok(bytes) => libraries.push(bytes),
                 Err(reason) => missing.push(format!("{reason}; the carrier will lack its materials")),
@@ -105,6 +108,7 @@ impl Job<'_> {
             library_paths.push(library.path);
         }
         let mut warnings = input::summary(missing);
+        let find = |texture: &str| named_path::find(input::folder_of(input), texture, trust);
         warnings.extend(model.source().file().map_or(&[][..], MeshFile::notes).iter().cloned());
         warnings.extend(flaws(model).iter().map(ToString::to_string));
         if input.to_str().is_none() {
@@ -122,9 +126,19 @@ impl Job<'_> {
         for name in &names_of_textures {
             match embedded(name) {
                 Some(bytes) => within.push(BundleFile { name: embedded_name(name), bytes }),
-                None => _ = textures.insert(texture_path(input, name)),
+                None => {
+                    let NamedPath { path, note } = find(name);
+                    textures.insert(path);
+                    notes.extend(note);
+                }
             }
         }
+        let replaced: BTreeSet<String> = libraries.iter().flat_map(|bytes| materials::replaced_maps(bytes)).collect();
+        if !replaced.is_empty() {
+            let names = Vec::from_iter(replaced).join(", ");
+            notes.push(format!("the carrier has maps of its own instead of {}", one_line(&names)));
+        }
+        warnings.extend(input::summary_of_notes(notes));
         if settings.layout == LayoutChoice::Unwrap && !textures.is_empty() && !model.data().uvs().is_empty() {
             let reason = "the textures of the materials do not fit the carrier, which has new texture coordinates";
             warnings.push(reason.to_owned());
@@ -139,7 +153,7 @@ impl Job<'_> {
             if embedded(texture).is_some() {
                 return embedded_name(texture);
             }
-            let path = texture_path(input, texture);
+            let path = find(texture).path;
             let relocated = path.is_file().then(|| from_folder(&path, folder));
             // The name of a missing texture stays as it was written: the user may know why. A statement is one line.
             relocated.filter(|name| !name.contains(char::is_control)).unwrap_or_else(|| texture.to_owned())
@@ -149,7 +163,7 @@ impl Job<'_> {
         // The reason for each texture that is refused. One that is missing was missing before.
         let refused = Mutex::new(BTreeSet::new());
         let from_file = |name: &str| {
-            let path = texture_path(input, name);
+            let path = find(name).path;
             let read = named(&path);
             if let (Err(reason), true, Ok(mut refused)) = (&read, path.exists(), refused.lock()) {
                 refused.insert(format!("{reason}; the glTF file will lack this texture"));
@@ -248,11 +262,6 @@ fn from_folder(path: &Path, folder: &Path) -> String {
     relative.unwrap_or_else(|| path.to_path_buf()).to_string_lossy().replace('\\', "/")
 }
 
-/// Returns the path of a texture that the materials of a mesh name.
-fn texture_path(input: &Path, texture: &str) -> PathBuf {
-    input::folder_of(input).join(texture.replace('\\', "/"))
-}
-
 /// Says why a mesh cannot be baked, with the option or the step in another program that helps.
 fn explain(error: BakeError, model: &Model, input: &Path) -> Failure {
     match error {
@@ -288,15 +297,36 @@ fn explain(error: BakeError, model: &Model, input: &Path) -> Failure {
     }
 }
 
+/// Says how many vertices have private texels, why, and what programs make of them that know only the mesh's own UVs.
+fn private_texels(report: &Report) -> String {
+    let vertices = |n| count(n, "vertex", "vertices");
+    let layout = &report.layout;
+    let mirrored = if layout.mirrored_faces > 0 { ", some of them mirrored" } else { "" };
+    let reasons = [
+        (layout.unmapped_vertices, "have no UVs".to_owned()),
+        (layout.out_of_range_vertices, "lie outside [0, 1]".to_owned()),
+        (layout.overlapping_texels, format!("lie where charts overlap{mirrored}")),
+        (layout.crowded_vertices, "are less than two texels from another one".to_owned()),
+    ];
+    let reasons: Vec<String> = reasons.into_iter().filter(|reason| reason.0 > 0).map(|reason| reason.1).collect();
+    let mut text =
+        format!("private texels for {}, of those that {}", vertices(report.private_vertices), reasons.join(" or "));
+    if let Some(errors) = report.own_uvs.as_ref().and_then(|own| own.errors).filter(|errors| errors.vertices > 0) {
+        let (n, max) = (vertices(errors.vertices), measure(errors.max));
+        text.push_str(&format!("; a program that knows only the mesh's own UVs puts {n} wrong, by {max} at most"));
+    }
+    text
+}
+
 /// Lists the warnings about a bake that succeeded.
 fn warn(bundle: &Bundle) -> Vec<String> {
     let m = &bundle.manifest;
     let r = &m.report;
-    let mut out = r.layout.problems();
+    let mut out = if r.private_vertices > 0 { vec![private_texels(r)] } else { r.layout.problems() };
     if let Some(reason) = &bundle.fallback {
         out.push(format!("one texel for each vertex, because {reason}"));
     }
-    if m.normal_map.is_none() && bundle.fallback != Some(Fallback::NoUvs) && m.displacement.layout == Layout::Vertex {
+    if m.normal_map.is_none() && bundle.fallback != Some(Fallback::NoUvs) {
         out.push("no normal map: the texture coordinates of the mesh have no space for one".to_owned());
     }
     out.extend(r.limits.as_ref().and_then(volume_not_restored));

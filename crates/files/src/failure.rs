@@ -32,6 +32,10 @@ impl Failure {
     pub fn limits(error: &LimitsError, mesh: &Path) -> Self {
         match error {
             LimitsError::Open { .. } => Self::at(mesh, format!("{error}; --preserve-volume needs --fix for these")),
+            LimitsError::NotAlongNormals(_) => Self::at(
+                mesh,
+                format!("{error}: --direction goes with --map vector, and not with --motion along-normal"),
+            ),
             LimitsError::NoSuchLine { .. } | LimitsError::NotALength(_) => Self::at(mesh, error),
         }
     }

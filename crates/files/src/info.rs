@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use crate::input::{self, Trust};
+use crate::named_path::{self, NamedPath};
 use crate::text::{count, shown};
 use planish_geometry::map::layout_issues::LayoutIssues;
 use planish_geometry::map::map_size::{self, Spacing};
@@ -246,7 +247,9 @@ fn inspect_materials(path: &Path, model: &Model, trust: Trust, notes: &mut Vec<S
     // If several libraries define a name, the first one counts.
     let mut known: HashMap<String, (materials::Material, PathBuf)> = HashMap::new();
     let mut problems = Vec::new();
-    for library in input::libraries(path, model.source(), trust) {
+    let libraries = input::libraries(path, model.source(), trust);
+    let mut found_elsewhere = input::library_notes(&libraries, model.data());
+    for library in libraries {
         let read = library.bytes.map_err(|e| format!("material library {e}"));
         let read = read.and_then(|b| materials::read(&b).map_err(|e| format!("{}: {e}", shown(&library.path))));
         match read {
@@ -260,17 +263,22 @@ fn inspect_materials(path: &Path, model: &Model, trust: Trust, notes: &mut Vec<S
     }
     notes.extend(input::summary(problems));
     let used = model.data().materials().iter().map(|name| String::from_utf8_lossy(name).into_owned());
-    let describe = |name: String| {
+    let mut describe = |name: String| {
         let found = known.get(&name);
-        let texture = found.and_then(|(m, library)| {
+        let texture = found.and_then(|(m, _)| {
             let texture = m.diffuse_texture.clone()?;
-            let path = input::folder_of(library).join(texture.replace('\\', "/"));
-            let inside = model.source().file().is_some_and(|file| file.embedded_texture(&texture).is_some());
-            Some((texture, inside || path.is_file()))
+            if model.source().file().is_some_and(|file| file.embedded_texture(&texture).is_some()) {
+                return Some((texture, true));
+            }
+            let NamedPath { path, note } = named_path::find(input::folder_of(path), &texture, trust);
+            found_elsewhere.extend(note);
+            Some((texture, path.is_file()))
         });
         let library = found.map(|(_, library)| library.display().to_string());
         let (diffuse_texture, texture_found) = texture.unzip();
         Material { name, library, diffuse_texture, texture_found }
     };
-    used.map(describe).collect()
+    let described = used.map(&mut describe).collect();
+    notes.extend(input::summary_of_notes(found_elsewhere));
+    described
 }

@@ -2,7 +2,9 @@
 
 use crate::compression;
 use crate::failure::Failure;
+use crate::named_path::{self, NamedPath};
 use crate::terminal;
+use crate::text::one_line;
 use glam::DVec3;
 use planish_geometry::denoise::limits::Mask;
 use planish_geometry::map::manifest::Manifest;
@@ -12,7 +14,7 @@ use planish_geometry::progress::Progress;
 use planish_geometry::source::format::Format;
 use planish_geometry::source::mesh_file::MeshFile;
 use planish_geometry::source::model::Model;
-use planish_geometry::source::{Source, materials};
+use planish_geometry::source::{MeshData, Source, materials};
 use std::cell::RefCell;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -251,10 +253,12 @@ pub fn plain(e: &std::io::Error) -> String {
 /// A material library that a mesh names.
 #[derive(Clone, Debug)]
 pub struct Library {
-    /// Path of the library: beside the mesh, under the name that the mesh gives.
+    /// Path of the library: where the mesh says, or beside the mesh.
     pub path: PathBuf,
-    /// Content of the library, or the reason why it is not used.
+    /// Content of the library in the usual spelling, or the reason why it is not used.
     pub bytes: Result<Vec<u8>, Failure>,
+    /// Note for the user if the library is another file than the mesh names.
+    pub note: Option<String>,
 }
 
 /// Reads the material libraries that a mesh names from the folder of the mesh. Materials inside the mesh file are a library at the
@@ -263,42 +267,76 @@ pub fn libraries(mesh: &Path, source: &Source, trust: Trust) -> Vec<Library> {
     let folder = folder_of(mesh);
     let (mut found, mut known) = (Vec::new(), HashSet::new());
     let embedded = source.file().map(MeshFile::embedded_library).filter(|library| !library.is_empty());
-    found.extend(embedded.map(|bytes| Library { path: mesh.to_owned(), bytes: Ok(bytes) }));
-    let mut load = |name: &str| {
-        let path = folder.join(name.replace('\\', "/"));
-        if known.insert(path.clone()) {
-            let file = NamedFile { path: &path, folder, trust, largest: LARGEST_LIBRARY };
-            let bytes = file.read().and_then(|bytes| {
-                let is_library = materials::is_library(&bytes);
-                if is_library {
-                    Ok(bytes)
-                } else {
-                    Err(Failure::at(&path, "is no material library: it has no `newmtl`"))
-                }
-            });
-            found.push(Library { path, bytes });
-        }
-    };
+    found.extend(embedded.map(|bytes| Library { path: mesh.to_owned(), bytes: Ok(bytes), note: None }));
     for argument in source.material_libraries() {
-        let argument = String::from_utf8_lossy(argument);
-        // The argument is one name that may contain blanks, or several names.
-        if folder.join(argument.replace('\\', "/")).exists() {
-            load(&argument);
-        } else {
-            argument.split_whitespace().for_each(&mut load);
+        for NamedPath { path, note } in named_libraries(&String::from_utf8_lossy(argument), folder, trust) {
+            if known.insert(path.clone()) {
+                let bytes = library(NamedFile { path: &path, folder, trust, largest: LARGEST_LIBRARY }, source.data());
+                found.push(Library { path, note: note.filter(|_| bytes.is_ok()), bytes });
+            }
         }
     }
     found
 }
 
+/// Paths of the libraries in one argument: a name that may contain blanks and stand in quotes, or several names.
+fn named_libraries(argument: &str, folder: &Path, trust: Trust) -> Vec<NamedPath> {
+    let argument = argument.trim();
+    let bare = argument.strip_prefix('"').and_then(|name| name.strip_suffix('"'));
+    let find = |name: &str| named_path::find(folder, name, trust);
+    let whole = find(bare.unwrap_or(argument));
+    if bare.is_some() || (whole.note.is_none() && whole.path.exists()) {
+        return vec![whole];
+    }
+    let several: Vec<NamedPath> = argument.split_whitespace().map(find).collect();
+    if whole.note.is_some() && several.iter().any(|named| !named.path.exists()) { vec![whole] } else { several }
+}
+
+/// Reads a material library in the usual spelling.
+fn library(file: NamedFile, mesh: &MeshData) -> Result<Vec<u8>, Failure> {
+    let bytes = materials::usual_spelling(&file.read()?, mesh);
+    if materials::is_library(&bytes) {
+        Ok(bytes)
+    } else {
+        Err(Failure::at(file.path, "is no material library: it has no `newmtl`"))
+    }
+}
+
+/// Notes on the libraries of a mesh: other files than the mesh names, and materials that no library defines, if all were read.
+pub fn library_notes(libraries: &[Library], mesh: &MeshData) -> Vec<String> {
+    const SHOWN: usize = 3;
+    let mut notes: Vec<String> = libraries.iter().filter_map(|library| library.note.clone()).collect();
+    let read: Result<Vec<&[u8]>, ()> = libraries.iter().map(|l| l.bytes.as_deref().map_err(|_| ())).collect();
+    let Ok(read) = read else { return notes };
+    let defined = materials::defined(&read);
+    let absent = mesh.materials().iter().filter(|name| !defined.contains(name.as_slice()));
+    let absent: Vec<String> = absent.map(|name| one_line(&String::from_utf8_lossy(name))).collect();
+    if !absent.is_empty() {
+        let more = if absent.len() > SHOWN { format!(" and {} more", absent.len() - SHOWN) } else { String::new() };
+        let names = absent[..absent.len().min(SHOWN)].join(", ");
+        let library = if libraries.is_empty() { "the mesh names no library" } else { "no library defines them" };
+        notes.push(format!("materials without a definition: {names}{more}; {library}, and they are grey"));
+    }
+    notes
+}
+
 /// Sums up failures that do not stop the work, of which there may be as many as a file has lines: the first few, and a count.
 pub fn summary(failures: impl IntoIterator<Item = String>) -> Vec<String> {
+    first_few(failures, "more files that are named cannot be used")
+}
+
+/// Sums up notes as [`summary`] sums up failures.
+pub fn summary_of_notes(notes: impl IntoIterator<Item = String>) -> Vec<String> {
+    first_few(notes, "more notes on libraries and textures")
+}
+
+fn first_few(lines: impl IntoIterator<Item = String>, rest: &str) -> Vec<String> {
     const SHOWN: usize = 5;
-    let mut all: Vec<String> = failures.into_iter().collect();
+    let mut all: Vec<String> = lines.into_iter().collect();
     if all.len() > SHOWN {
         let more = all.len() - SHOWN;
         all.truncate(SHOWN);
-        all.push(format!("{more} more files that are named cannot be used"));
+        all.push(format!("{more} {rest}"));
     }
     all
 }

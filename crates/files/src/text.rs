@@ -83,6 +83,9 @@ pub fn along(normals: NormalField) -> &'static str {
 /// Describes how limits were kept: vertices that were fixed or stopped, and the volume that was restored.
 pub fn limits(outcome: &Outcome) -> String {
     let mut all = vec![format!("{} fixed, {} stopped", outcome.fixed_vertices, outcome.stopped_vertices)];
+    if outcome.weighted_vertices > 0 {
+        all.push(format!("{} held back by the mask", outcome.weighted_vertices));
+    }
     if let Some(change) = &outcome.volume {
         let of_method = if change.by_method <= 0.0 { "restored a volume of" } else { "took back a volume of" };
         all.push(format!("{of_method} {}", measure((change.left - change.by_method).abs())));

@@ -15,6 +15,7 @@ pub mod per_vertex;
 pub mod tangents;
 
 mod gutter;
+pub(crate) mod private_texels;
 mod raster;
 pub(crate) mod sampling;
 mod scattered_interpolation;
@@ -137,16 +138,22 @@ pub fn fit(
     exactness: Exactness,
     progress: &dyn Progress,
 ) -> Result<fit::UnmetSamples, Cancelled> {
-    let mut samples = Vec::new();
-    for (vertex, wedges) in (0..).zip(atlas.wedges().iter()) {
-        samples.extend(wedges.iter().map(|&uv| fit::Sample {
+    let (_, samples) = samples(atlas, heights);
+    fit::fit(&mut map.texels, map.size, &samples, exactness, progress)
+}
+
+/// Samples of all wedges with the heights of their vertices (#V), and the vertex of each sample.
+fn samples(atlas: &Atlas, heights: &[f64]) -> (Vec<Index>, Vec<fit::Sample>) {
+    let of_vertex = |(vertex, wedges): (Index, &'_ [Index])| {
+        let sample = move |&uv: &Index| fit::Sample {
             uv: atlas.uvs()[uv as usize].as_vec2(),
             height: heights[vertex as usize],
             rank: if atlas.dominant(vertex) == Some(uv) { fit::Rank::Dominant } else { fit::Rank::Secondary },
             on_seam: wedges.len() > 1,
-        }));
-    }
-    fit::fit(&mut map.texels, map.size, &samples, exactness, progress)
+        };
+        wedges.iter().map(sample).map(|sample| (vertex, sample)).collect::<Vec<_>>()
+    };
+    (0..).zip(atlas.wedges().iter()).flat_map(of_vertex).unzip()
 }
 
 /// Interpolated height at barycentric coordinates of a triangle; rounding never takes it outside the heights at the corners.

@@ -20,6 +20,7 @@ pub mod ply;
 pub mod read_error;
 pub mod stl;
 mod text;
+pub mod vertex_weights;
 
 pub use arrays::{ArrayError, Arrays};
 pub use convert::Written;

@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let map = Displacement::decode(&beside(&entry.file)?, entry.map, entry.size(), entry.encoding())?;
     let carrier = Obj::parse(beside(&manifest.carrier.obj)?)?;
     let carrier = carrier.data();
-    let vertices = displace::carrier_vertices(carrier, SamplingRule::new(entry.layout, &[]), entry.origin);
+    let vertices = displace::carrier_vertices(carrier, &SamplingRule::of(&manifest), entry.origin);
     let model = Model::new(Obj::parse(beside(&manifest.source.file)?)?, manifest.welding);
     let expected = model.weld().spread(&expected(&model, &manifest)?);
     let middle = *carrier.positions().get(centre.wrapping_sub(1)).ok_or(USAGE)?;

@@ -4,10 +4,11 @@ use super::values::not_negative;
 use crate::failure::Failure;
 use crate::input;
 use clap::Args;
-use planish_geometry::denoise::limits::{Limits, Mask, Volume};
-use planish_geometry::source::MeshData;
+use planish_files::mask::MaskOption;
+use planish_geometry::denoise::limits::{Direction, Limits, Mask, Volume};
+use planish_geometry::source::Source;
 use std::convert::Infallible;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options for the limits of denoising.
 #[derive(Args, Debug)]
@@ -25,6 +26,19 @@ pub(crate) struct LimitArgs {
     /// Restore the enclosed volume by an even offset; an open mesh needs --fix boundary with it
     #[arg(long)]
     preserve_volume: bool,
+    /// How far each vertex may go: colour:CHANNEL, group:NAME, material:NAME, or a grey PNG in the UVs of the mesh
+    ///
+    /// Weights are from 0 (a vertex stays) to 1. The channels are red, green, blue and grey, of the colours of the vertices. Names of
+    /// groups, objects and materials are separated by commas: those vertices go all of whose faces are named, so that no other
+    /// face changes. `not:` before a mask takes 1 minus its weights, and the other faces.
+    #[arg(long, value_name = "MASK")]
+    mask: Option<MaskOption>,
+    /// Move vertices along one direction only: X,Y,Z is an axis (0,0,1 for terrain), ray:X,Y,Z the rays from a camera
+    ///
+    /// The surface moves as far along its normals as it would freely, where normals are within 60° of the direction, and less
+    /// beyond. `bake` needs --map vector with it.
+    #[arg(long, value_name = "DIRECTION", allow_hyphen_values = true)]
+    direction: Option<Direction>,
 }
 
 /// Value of `--fix`.
@@ -39,15 +53,17 @@ fn fix(text: &str) -> Result<Fix, Infallible> {
 }
 
 impl LimitArgs {
-    /// Lists the files with vertices that stay.
+    /// Lists the files of masks: those with vertices that stay, and the picture.
     pub(super) fn masks(&self) -> impl Iterator<Item = &PathBuf> {
-        self.fix.iter().filter_map(|fix| match fix {
+        let fixed = self.fix.iter().filter_map(|fix| match fix {
             Fix::Boundary => None,
             Fix::File(path) => Some(path),
-        })
+        });
+        fixed.chain(self.mask.as_ref().and_then(MaskOption::picture))
     }
-    /// Reads those files and returns the limits for a mesh.
-    pub(super) fn limits(&self, mesh: &MeshData) -> Result<Limits, Failure> {
+    /// Reads those files and returns the limits for the mesh that was read from `path`.
+    pub(super) fn limits(&self, source: &Source, path: &Path) -> Result<Limits, Failure> {
+        let mesh = source.data();
         let mut fixed = Mask::default();
         for fix in &self.fix {
             fixed = fixed.and(match fix {
@@ -56,6 +72,7 @@ impl LimitArgs {
             });
         }
         let volume = if self.preserve_volume { Volume::Preserve } else { Volume::Free };
-        Ok(Limits { fixed, max_displacement: self.max_displacement, volume })
+        let mask = self.mask.as_ref().map(|mask| mask.weights(source, path)).transpose()?;
+        Ok(Limits { fixed, max_displacement: self.max_displacement, volume, mask, direction: self.direction })
     }
 }

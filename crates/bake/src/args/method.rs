@@ -7,9 +7,9 @@ use crate::method_table::{self, MethodOption};
 use clap::builder::{NonEmptyStringValueParser, PossibleValue, PossibleValuesParser, TypedValueParser, ValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, Id, ValueEnum};
 use planish_geometry::denoise::{Denoiser, Denoising, Values};
-use planish_geometry::source::MeshData;
+use planish_geometry::source::Source;
 use serde_json::Value;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Settings that a method starts from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -51,9 +51,9 @@ pub(crate) struct MethodArgs {
 }
 
 impl MethodArgs {
-    /// Returns the method with its settings, and its limits for a mesh.
-    pub(crate) fn denoising(&self, mesh: &MeshData) -> Result<Denoising, Failure> {
-        Ok(Denoising { denoiser: self.denoiser()?, limits: self.limits.limits(mesh)? })
+    /// Returns the method with its settings, and its limits for the mesh that was read from `path`.
+    pub(crate) fn denoising(&self, source: &Source, path: &Path) -> Result<Denoising, Failure> {
+        Ok(Denoising { denoiser: self.denoiser()?, limits: self.limits.limits(source, path)? })
     }
 
     /// Fails if the method does not have a setting that was given.
@@ -61,7 +61,7 @@ impl MethodArgs {
         self.denoiser().map(drop)
     }
 
-    /// Lists the files of `--fix`.
+    /// Lists the files of `--fix` and `--mask`.
     pub(crate) fn masks(&self) -> impl Iterator<Item = &PathBuf> {
         self.limits.masks()
     }

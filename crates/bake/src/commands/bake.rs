@@ -75,7 +75,7 @@ pub(super) fn bake(
     let job = Job { input, model: &model, folder: folder.path(), protected: &protected, trust };
     let target = match goal.target {
         Some(path) => job.target(path)?,
-        None => job.method(goal.method.denoising(model.data())?)?,
+        None => job.method(goal.method.denoising(model.source(), input)?)?,
     };
     let baked = job.run(&BakeSettings { target, ..settings.clone() }, progress)?;
     Ok((baked, folder))
@@ -204,8 +204,12 @@ fn layout_text(m: &Manifest) -> [(&'static str, String); 2] {
         return [("seams", gap), ("layout", "one texel for each vertex".to_owned())];
     };
     let n = count(own.seam_vertices, "vertex", "vertices");
+    let private = match r.private_vertices {
+        0 => String::new(),
+        n => format!(", {} with private texels", count(n, "vertex", "vertices")),
+    };
     let layout = format!(
-        "{}, {:.1} % covered, {} unresolved",
+        "{}, {:.1} % covered{private}, {} unresolved",
         if m.displacement.uvs == UvSource::Mesh { "the mesh's own" } else { "a new atlas, in the carrier" },
         100.0 * r.layout.coverage,
         count(r.unresolved_vertices, "vertex", "vertices")

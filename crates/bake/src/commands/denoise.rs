@@ -90,7 +90,7 @@ impl<'a> Request<'a> {
         let model = super::model(input, self.welding, self.trust, progress)?;
         let concern = |flaw: &Flaw| flaw.concerns_denoising().then(|| format!("{}: {flaw}", shown(input)));
         let mut warnings: Vec<String> = flaws(&model).iter().filter_map(concern).collect();
-        let mut method = self.method.denoising(model.data())?;
+        let mut method = self.method.denoising(model.source(), input)?;
         method.denoiser = method::prepare(method.denoiser, input)?;
         let mesh = WeldedMesh { surface: model.surface(), weld: model.weld(), faces: model.data().faces().len() };
         let denoised = denoise_mesh::denoise(mesh, method, progress).map_err(|e| e.at(input, model.source()))?;

@@ -173,3 +173,143 @@ fn a_manifest_with_the_limits_of_another_mesh_is_refused() {
     with("fixed", "3-".into());
     folder.refuses("check out/in.planish.json", &["in.planish.json: "]);
 }
+
+/// A grid of 7 × 7 vertices with texture coordinates, colours that grow to the right, two groups and two materials; the left half
+/// is the group and the material `left`.
+fn coloured() -> Folder {
+    let folder = Folder::new();
+    let mut obj = String::from("mtllib in.mtl\n");
+    let at = |i: usize| [i % 7, i / 7].map(|x| x as f64 / 6.0);
+    for i in 0..49 {
+        let [x, y] = at(i);
+        let z = 0.02 * ((i * i) as f64 * 1.7).sin() + 0.1 * (3.0 * x).sin();
+        obj += &format!("v {x} {y} {z} {x} 0.5 0\nvt {x} {y}\n");
+    }
+    for half in [0..3, 3..6] {
+        let name = if half.start == 0 { "left" } else { "right" };
+        obj += &format!("g {name} half\nusemtl m_{name}\n");
+        for (x, y) in half.flat_map(|x| (0..6).map(move |y| (x, y))) {
+            let corner = |x: usize, y: usize| format!("{0}/{0}", 1 + x + 7 * y);
+            obj += &format!("f {} {} {} {}\n", corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1));
+        }
+    }
+    folder.write("in.obj", obj);
+    folder.write("in.mtl", "newmtl m_left\nnewmtl m_right\n");
+    folder
+}
+
+const SMOOTH: &str = "--method laplacian --iterations 3 --boundary free";
+
+/// Displacements by `denoise` with options, as vectors.
+fn moved(folder: &Folder, options: &str) -> Vec<[f64; 3]> {
+    folder.succeeds(&format!("denoise in.obj -o out.obj {SMOOTH} {options}"));
+    let [before, after] = ["in.obj", "out.obj"].map(|name| vertices(&folder.text(name)));
+    before.iter().zip(&after).map(|(p, q)| [0, 1, 2].map(|k| p[k] - q[k])).collect()
+}
+
+#[test]
+fn masks_hold_vertices_back() {
+    let folder = coloured();
+    let mut image = image::GrayImage::from_pixel(2, 1, image::Luma([255]));
+    image.put_pixel(0, 0, image::Luma([51]));
+    image.save(folder.path("mask.png")).unwrap();
+    let free = moved(&folder, "");
+    let column = |v: usize| v % 7;
+    // Weight of each vertex by its column; that of the picture is bilinear between u = 1/4 and u = 3/4, and repeats beyond.
+    let picture = |v: usize| {
+        [0.6, 1.0 - 0.8 * 5.0 / 6.0, 0.2 + 0.8 / 6.0, 0.6, 1.0 - 0.8 / 6.0, 0.2 + 0.8 * 5.0 / 6.0, 0.6][column(v)]
+    };
+    let colour = |v: usize| column(v) as f64 / 6.0;
+    let left = |v: usize| f64::from(u8::from(column(v) < 3));
+    let right = |v: usize| f64::from(u8::from(column(v) > 3));
+    let cases: [(&str, &dyn Fn(usize) -> f64); 8] = [
+        ("colour:red", &colour),
+        ("not:color:red", &|v| 1.0 - colour(v)),
+        ("colour:green", &|_| 0.5),
+        ("group:left", &left),
+        ("not:group:left", &right),
+        ("material:m_left,m_right", &|_| 1.0),
+        ("material:m_right", &right),
+        ("mask.png", &|v| picture(v)),
+    ];
+    for (mask, weight) in cases {
+        for (v, (moved, free)) in moved(&folder, &format!("--mask {mask}")).iter().zip(&free).enumerate() {
+            for k in 0..3 {
+                let off = moved[k] - weight(v) * free[k];
+                assert!(
+                    off.abs() <= free[k].abs() / 250.0 + 1e-12,
+                    "{mask}: vertex {v} is off by {off} of {}",
+                    free[k]
+                );
+                assert!(weight(v) > 0.0 || moved[k] == 0.0, "{mask}: vertex {v}");
+            }
+        }
+    }
+}
+
+#[test]
+fn masks_are_baked_and_checked_without_their_picture() {
+    let folder = coloured();
+    image::GrayImage::from_pixel(1, 1, image::Luma([102])).save(folder.path("mask.png")).unwrap();
+    folder.succeeds(&format!("bake in.obj -o out {SMOOTH} --mask mask.png"));
+    let manifest = folder.json("out/in.planish.json");
+    assert_eq!(manifest["method"]["limits"]["mask"], json!({ "from": "mask.png", "weights": "1-49=102" }));
+    assert_eq!(manifest["report"]["limits"]["weighted_vertices"], 49);
+    std::fs::remove_file(folder.path("mask.png")).unwrap();
+    folder.succeeds("check out/in.planish.json");
+}
+
+#[test]
+fn masks_that_do_not_fit_are_named() {
+    let folder = coloured();
+    folder.write("bare.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    folder.write("text.png", "no picture");
+    for (mesh, mask, words) in [
+        ("in.obj", "group:middle", &["error: in.obj: has no group and no object `middle`"][..]),
+        ("in.obj", "material:left", &["error: in.obj: ", "`left`", "m_left, m_right"]),
+        ("in.obj", "text.png", &["error: text.png: "]),
+        ("in.obj", "absent.png", &["error: absent.png: "]),
+        ("bare.obj", "colour:red", &["error: bare.obj: has no colours"]),
+        ("bare.obj", "text.png", &["error: bare.obj: has no texture coordinates"]),
+        ("bare.obj", "material:a", &["error: bare.obj: ", "it has none"]),
+    ] {
+        folder.refuses(&format!("denoise {mesh} -o out.obj --mask {mask}"), words);
+    }
+    let command = "denoise in.obj -o out.obj --mask colour:alpha";
+    folder.refuses_usage(command, &["`alpha` is no channel", "red, green, blue, grey"]);
+}
+
+#[test]
+fn vertices_move_along_a_direction_alone() {
+    let folder = coloured();
+    let free = moved(&folder, "");
+    assert!(free.iter().any(|moved| moved[0] != 0.0));
+    let along = moved(&folder, "--direction 0,0,1");
+    assert!(along.iter().all(|moved| moved[0] == 0.0 && moved[1] == 0.0));
+    assert!(along.iter().any(|moved| moved[2].abs() > 0.005));
+    assert_eq!(moved(&folder, "--direction 0,0,-3"), along);
+    let rays = moved(&folder, "--direction ray:0.5,0.5,4");
+    let positions = vertices(&folder.text("in.obj"));
+    for (moved, p) in rays.iter().zip(&positions) {
+        let ray = [p[0] - 0.5, p[1] - 0.5, p[2] - 4.0];
+        for [a, b] in [[0, 1], [1, 2], [2, 0]] {
+            assert!((moved[a] * ray[b] - moved[b] * ray[a]).abs() < 1e-12, "{moved:?} {ray:?}");
+        }
+    }
+}
+
+#[test]
+fn directions_are_baked_as_vectors_and_not_as_heights() {
+    let folder = coloured();
+    let bake = format!("bake in.obj -o out {SMOOTH} --direction 0,0,1");
+    folder.refuses(&bake, &["error: in.obj: ", "0,0,1", "--map vector"]);
+    folder.refuses_usage("denoise in.obj -o out.obj --direction 1,2", &["`1,2` is no direction"]);
+    folder.succeeds(&format!("{bake} --map vector --bits 32"));
+    assert_eq!(folder.json("out/in.planish.json")["method"]["limits"]["direction"], "0,0,1");
+    folder.succeeds("check out/in.planish.json");
+    folder.succeeds("apply out/in.planish.json -o applied.obj");
+    let [before, after] = ["in.obj", "applied.obj"].map(|name| vertices(&folder.text(name)));
+    for (p, q) in before.iter().zip(&after) {
+        assert!((p[0] - q[0]).abs() < 1e-7 && (p[1] - q[1]).abs() < 1e-7, "{p:?} {q:?}");
+    }
+}

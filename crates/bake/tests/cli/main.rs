@@ -14,6 +14,7 @@ mod formats;
 mod heights;
 mod help;
 mod limits;
+mod materials;
 mod mesh;
 mod methods;
 mod noise;

@@ -113,16 +113,18 @@ fn warnings_say_what_the_result_lacks() {
     outside.uvs.iter_mut().for_each(|uv| uv[0] += 0.5);
     unmapped.positions.extend([[9.0, 0.0, 0.0], [9.0, 1.0, 0.0], [9.0, 0.0, 1.0]]);
     folder.write("overlapping.obj", overlapping.obj());
+    folder.write("folded.obj", overlapping.noisy(0.02).obj());
     folder.write("outside.obj", outside.obj());
     folder.write("unmapped.obj", unmapped.obj() + "f -1 -2 -3\n");
     warns("bake overlapping.obj --method laplacian -o out --layout uv --size 256", &["charts overlap"]);
     warns("bake outside.obj --method laplacian -o out --layout uv --size 256", &["21 vertices are outside [0, 1]"]);
     warns(
+        "bake folded.obj --method laplacian -o out",
+        &["private texels for ", "charts overlap", "knows only the mesh's own UVs puts "],
+    );
+    warns(
         "bake unmapped.obj --method laplacian -o out --layout uv --size 256",
         &["3 vertices are without texture coordinates"],
     );
-    warns(
-        "bake unmapped.obj --method laplacian -o out --size 256",
-        &["one texel for each vertex", "3 vertices have no texture"],
-    );
+    warns("bake unmapped.obj --method laplacian -o out --size 256", &["private texels for 3 vertices", "have no UVs"]);
 }

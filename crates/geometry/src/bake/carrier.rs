@@ -49,12 +49,10 @@ pub(super) fn glb(request: &Request, normals: &[Vec3], draft: &Draft) -> Result<
     let Request { model, names, side_files, .. } = *request;
     let Draft { manifest, maps, carrier, .. } = draft;
     let entry = &manifest.displacement;
-    let dominant = manifest.dominant_pairs();
-    let rule = SamplingRule::new(entry.layout, &dominant);
-    let vertices = displace::carrier_vertices(carrier.obj.data(), rule, entry.origin);
+    let vertices = displace::carrier_vertices(carrier.obj.data(), &SamplingRule::of(manifest), entry.origin);
     let uv = |sample_at: SampleAt| match sample_at {
         SampleAt::Uv(uv) => uv,
-        SampleAt::Texel(line) => per_vertex::uv(line, entry.size()),
+        SampleAt::Texel(texel) => per_vertex::uv(texel, entry.size()),
     };
     let sample_at: Vec<Option<Vec2>> = vertices.iter().map(|v| v.sample_at.map(uv)).collect();
     let denoised = &maps.offsets.positions;

@@ -4,7 +4,8 @@ use super::maps::Maps;
 use super::{Request, VertexDisplacements};
 use crate::map::displace;
 use crate::map::manifest::{
-    self, Carrier, Clients, DominantUv, Layout, Manifest, MapEntry, NormalMapEntry, Report, SourceEntry, UvSource,
+    Carrier, Clients, DominantUv, Layout, Manifest, MapEntry, NormalMapEntry, PrivateTexel, Report, SourceEntry,
+    UvSource,
 };
 use crate::mesh::atlas::Atlas;
 use crate::mesh::jagged::Index;
@@ -28,7 +29,7 @@ pub(super) fn manifest_of(
         convention: settings.convention,
     });
     Manifest {
-        planish: manifest::VERSION,
+        planish: if maps.private.is_empty() { 1 } else { 2 },
         source: SourceEntry {
             file: names.source.clone(),
             sha256: String::new(),
@@ -55,6 +56,7 @@ pub(super) fn manifest_of(
             origin: displace::origin(model.surface().bounds()),
         },
         dominant_uv: atlas.filter(|_| is_uv).map(|atlas| dominant_uv(model, atlas)),
+        private_texels: private_texels(model, maps),
         normal_map,
         carrier: Carrier::default(),
         files: Vec::new(),
@@ -68,13 +70,29 @@ pub(super) fn manifest_of(
 /// A client samples every map that a material names at the texture coordinates of the mesh, so the displacement map is
 /// named only if it was baked for those.
 pub(super) fn statements(manifest: &Manifest, has_own_uvs: bool) -> MapStatements<'_> {
-    let fits_uvs = manifest.displacement.layout == Layout::Uv || !has_own_uvs;
+    // Where most vertices read private texels, the rest of the map would be more wrong than none.
+    let has_places = 2 * manifest.report.private_vertices <= manifest.source.vertices;
+    let fits_uvs = (manifest.displacement.layout == Layout::Uv && has_places) || !has_own_uvs;
     let displacement = manifest.clients.mtl.filter(|_| fits_uvs).map(|mtl| materials::DisplacementStatement {
         file: &manifest.displacement.file,
         base: mtl.base,
         gain: mtl.gain,
     });
     MapStatements { displacement, normal: manifest.normal_map.as_ref().map(|map| map.file.as_str()) }
+}
+
+/// Lists the private texels of source vertices.
+fn private_texels(model: &Model, maps: &Maps) -> Vec<PrivateTexel> {
+    let mut of_vertex = vec![None; model.surface().positions().len()];
+    for &[v, texel] in &maps.private {
+        of_vertex[v as usize] = Some(texel);
+    }
+    let width = maps.size.width;
+    let entry = |(vertex, v): (Index, &Index)| {
+        let texel = of_vertex[*v as usize]?;
+        Some(PrivateTexel { vertex, column: texel % width, row: texel / width })
+    };
+    (1..).zip(model.weld().vertex_of()).filter_map(entry).collect()
 }
 
 /// Lists the dominant texture coordinates of source vertices at seams.

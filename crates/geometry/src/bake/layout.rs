@@ -14,7 +14,7 @@ named! {
     /// Layout of the texels that vertices sample.
     #[derive(Default)]
     pub enum LayoutChoice {
-        /// The mesh's own UVs where these can hold all heights, else one texel for each vertex.
+        /// The mesh's own UVs, with private texels for vertices that miss their height there; else one texel for each vertex.
         #[default]
         Auto = "auto",
         /// The mesh's own UVs.
@@ -88,8 +88,24 @@ impl std::fmt::Display for Fallback {
 /// Layout that a map will have.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Plan {
-    Uv { side: u32, choice: Option<MapSizeChoice> },
-    Vertex { fallback: Option<Fallback> },
+    Uv {
+        /// Sides of the map, ascending; the first one with room is used.
+        sides: Vec<u32>,
+        choice: Option<MapSizeChoice>,
+        places: Places,
+    },
+    Vertex {
+        fallback: Option<Fallback>,
+    },
+}
+
+/// Places at which vertices may sample a map in the texture coordinates of the mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Places {
+    /// All vertices sample at their own texture coordinates, whatever the error.
+    Own,
+    /// Vertices that would miss their value there get private texels.
+    OwnOrPrivate,
 }
 
 impl Plan {
@@ -119,38 +135,58 @@ impl Plan {
         };
         // Interpolated texels are never exact, so whoever asks for them accepts the errors of the texture's layout.
         let must_be_exact = settings.layout == LayoutChoice::Auto && settings.texels == Texels::Fitted;
-        let unmapped = layout_issues::unmapped(surface, atlas);
-        if must_be_exact && unmapped > 0 {
-            return Ok(Self::Vertex { fallback: Some(Fallback::Unmapped { vertices: unmapped }) });
-        }
+        let places = if must_be_exact { Places::OwnOrPrivate } else { Places::Own };
         let layers = Coverage::layers(surface, atlas);
         if must_be_exact && layers > MOST_LAYERS {
             return Ok(Self::Vertex { fallback: Some(Fallback::Overlap { layers: layers as usize }) });
         }
-        let quantum = displacement::quantum(settings.texel);
-        let exactness = Exactness { quantum, tolerance: settings.tolerance.0 };
-        let sides = map_size::sides(settings.largest_side.0);
-        let choice = match (settings.side, settings.texels) {
-            (Some(side), _) if !must_be_exact => return Ok(Self::Uv { side, choice: None }),
-            // Measuring the written map later is as quick as a prediction, and more accurate.
-            (Some(side), _) if !spacing.is_hopeless(side) => return Ok(Self::Uv { side, choice: None }),
-            (Some(side), _) => spacing.choose(&[side]),
-            (None, Texels::Fitted) => spacing.choose_exact(atlas, channels, &sides, exactness, progress)?,
-            (None, Texels::Interpolated) => spacing.choose(&sides),
-        };
-        if must_be_exact && choice.reason != MapSizeReason::Exact {
-            let size = Size::square(choice.side.min(OVERLAP_CHECK_SIDE));
-            let coverage = Coverage::new(surface, atlas, size, progress)?;
-            let findings = LayoutIssues::of(surface, atlas, spacing, &coverage);
-            let problems = findings.problems().into_iter().chain(findings.crowding()).collect();
-            return Ok(Self::Vertex { fallback: Some(Fallback::Layout { choice, problems }) });
+        if let Some(side) = settings.side {
+            return Ok(Self::Uv { sides: vec![side], choice: None, places });
         }
-        Ok(Self::Uv { side: choice.side, choice: Some(choice).filter(|_| settings.side.is_none()) })
+        let mut sides = map_size::sides(settings.largest_side.0);
+        let exactness = exactness(settings);
+        let choice = match settings.texels {
+            Texels::Fitted => spacing.choose_exact(atlas, channels, &sides, exactness, progress)?,
+            Texels::Interpolated => spacing.choose(&sides),
+        };
+        let sides = match places {
+            Places::Own => vec![choice.side],
+            Places::OwnOrPrivate if choice.reason == MapSizeReason::Exact => {
+                sides.split_off(sides.partition_point(|side| *side < choice.side))
+            }
+            Places::OwnOrPrivate => spacing.settled(&sides).to_vec(),
+        };
+        Ok(Self::Uv { sides, choice: Some(choice), places })
+    }
+
+    /// The plan for a map with private texels whose layout has no room for them at any of its sides.
+    pub(super) fn without_room(
+        self,
+        surface: &Surface,
+        (atlas, spacing): (&Atlas, &Spacing),
+        progress: &dyn Progress,
+    ) -> Result<Self, BakeError> {
+        let Self::Uv { sides, choice, .. } = self else { return Ok(self) };
+        let unmapped = layout_issues::unmapped(surface, atlas);
+        if unmapped > 0 {
+            return Ok(Self::Vertex { fallback: Some(Fallback::Unmapped { vertices: unmapped }) });
+        }
+        let choice = choice.unwrap_or_else(|| spacing.choose(&sides));
+        let size = Size::square(choice.side.min(OVERLAP_CHECK_SIDE));
+        let coverage = Coverage::new(surface, atlas, size, progress)?;
+        let findings = LayoutIssues::of(surface, atlas, spacing, &coverage);
+        let problems = findings.problems().into_iter().chain(findings.crowding()).collect();
+        Ok(Self::Vertex { fallback: Some(Fallback::Layout { choice, problems }) })
     }
 }
 
-/// Number of layers of charts above which no fit is tried: vertices then share their texels with many others, and rasterising
-/// would take as many times as long.
+/// Accuracy that the texels of a bake must have.
+pub(super) fn exactness(settings: &BakeSettings) -> Exactness {
+    Exactness { quantum: displacement::quantum(settings.texel), tolerance: settings.tolerance.0 }
+}
+
+/// Number of layers of charts above which texture coordinates are not used: nearly all vertices would need private texels, and
+/// rasterising would take as many times as long.
 const MOST_LAYERS: f64 = 16.0;
 
 /// Largest side, texels, at which overlaps are counted for a layout that is not used.

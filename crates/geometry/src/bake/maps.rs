@@ -1,14 +1,16 @@
 //! Displacement map and normal map of a bake.
 
-use super::layout::Plan;
+use super::layout::{self, Places, Plan};
 use super::{BakeError, Request, VertexDisplacements};
 use crate::map::displacement::{self, Displacement, Encoding, MapKind};
 use crate::map::layout_issues::LayoutIssues;
-use crate::map::map_size::{self, Spacing};
-use crate::map::normal_map::{self, TangentFrames};
+use crate::map::map_size::{self, MapSizeChoice, MapSizeReason, Spacing};
+use crate::map::normal_map::{self, SharedTexels, TangentFrames};
+use crate::map::private_texels::{self, Room};
 use crate::map::tangents::{self, Tangent};
-use crate::map::{self, Coverage, Exactness, HeightMap, Size, Texels, TextureLayout, per_vertex};
+use crate::map::{self, Coverage, HeightMap, Size, Texels, TextureLayout, per_vertex};
 use crate::mesh::atlas::Atlas;
+use crate::mesh::jagged::Index;
 use crate::source::model::Model;
 use glam::{DMat3, DVec3, Vec3};
 
@@ -63,6 +65,8 @@ pub(super) struct Maps {
     pub(super) encoding: Encoding,
     /// Texels of each channel before encoding, model units.
     pub(super) channels: Vec<HeightMap>,
+    /// Pairs of a vertex and its private texel, ascending.
+    pub(super) private: Vec<[Index; 2]>,
     pub(super) findings: LayoutIssues,
     /// Image file of the displacement map.
     pub(super) displacement: Vec<u8>,
@@ -95,16 +99,14 @@ impl Maps {
         let spacing = atlas.map(Spacing::new);
         let layout = atlas.zip(spacing.as_ref());
         let plan = Plan::make(model.surface(), layout, &offsets.channels, settings, progress)?;
-        let Filled { channels, findings, for_normals } = match (&plan, layout) {
-            (Plan::Uv { side, .. }, Some(layout)) => at_uvs(request, layout, &offsets.channels, *side)?,
-            _ => at_texels(request, atlas, &offsets.channels)?,
-        };
+        let (plan, filled) = fill(request, plan, layout, &offsets.channels)?;
+        let Filled { channels, private, findings, for_normals } = filled;
         progress.stage("encoding");
         let [low, high] = range(&channels);
         let encoding = Encoding::covering(low.into(), high.into(), settings.texel);
         let displacement = Displacement::encode(&channels, settings.map, encoding).to_bytes()?;
         let normal_map = match (atlas, for_normals) {
-            (Some(atlas), Some(coverage)) => {
+            (Some(atlas), Some((coverage, shared))) => {
                 progress.stage("tangent frames");
                 let normals = &displacements.normals;
                 let frames = of_corners.unwrap_or_else(|| tangents::tangents(model.surface(), atlas, normals));
@@ -112,12 +114,12 @@ impl Maps {
                 let denoised = apply_offsets(model, &offsets.positions, settings.lambda.0);
                 let layout = TextureLayout { surface: model.surface(), atlas, coverage: &coverage };
                 let frames = TangentFrames { normals, tangents: &frames };
-                Some(bake_normal_map(request, layout, frames, denoised)?)
+                Some(bake_normal_map(request, (layout, shared), frames, denoised)?)
             }
             _ => None,
         };
         let size = channels[0].size;
-        Ok(Self { offsets, frames, plan, size, encoding, channels, findings, displacement, normal_map })
+        Ok(Self { offsets, frames, plan, size, encoding, channels, private, findings, displacement, normal_map })
     }
 }
 
@@ -141,9 +143,47 @@ impl Frames {
 /// Texels of a displacement map, before encoding.
 struct Filled {
     channels: Vec<HeightMap>,
+    /// Pairs of a vertex and its private texel, ascending.
+    private: Vec<[Index; 2]>,
     findings: LayoutIssues,
     /// Texels of the normal map; `None` if one texel would have to hold several normals.
-    for_normals: Option<Coverage>,
+    for_normals: Option<(Coverage, SharedTexels)>,
+}
+
+/// Bakes channels (#V each, model units) as planned, or with one texel for each vertex where the plan has no room. Returns the
+/// plan that was followed.
+fn fill(
+    request: &Request,
+    plan: Plan,
+    layout: Option<(&Atlas, &Spacing)>,
+    channels: &[Vec<f64>],
+) -> Result<(Plan, Filled), BakeError> {
+    let Request { model, progress, .. } = *request;
+    let atlas = layout.map(|layout| layout.0);
+    let plan = match (plan, layout) {
+        (Plan::Uv { sides, choice, places: Places::Own }, Some(layout)) => {
+            let filled = at_uvs(request, layout, channels, sides[0])?;
+            return Ok((Plan::Uv { sides, choice, places: Places::Own }, filled));
+        }
+        (Plan::Uv { sides, choice, places }, Some(layout)) => {
+            if let Some((side, filled)) = with_private_texels(request, layout, channels, &sides)? {
+                let left = filled.private.len();
+                let reason = |choice| MapSizeChoice { side, left, reason: MapSizeReason::PrivateTexels, ..choice };
+                let choice = if left > 0 { choice.map(reason) } else { choice };
+                return Ok((Plan::Uv { sides: vec![side], choice, places }, filled));
+            }
+            Plan::Uv { sides, choice, places }.without_room(model.surface(), layout, progress)?
+        }
+        (plan, _) => plan,
+    };
+    Ok((plan, at_texels(request, atlas, channels)?))
+}
+
+/// Interpolates channels (#V each, model units) over the texels of the charts.
+fn interpolated(request: &Request, layout: TextureLayout, channels: &[Vec<f64>]) -> Result<Vec<HeightMap>, BakeError> {
+    let Request { settings, progress, .. } = *request;
+    let map = |channel: &Vec<f64>| map::interpolate_heights(layout, channel, settings.interpolation, progress);
+    Ok(channels.iter().map(map).collect::<Result<_, _>>()?)
 }
 
 /// Bakes channels (#V each, model units) into the texture coordinates of the mesh, at a side in texels.
@@ -155,25 +195,61 @@ fn at_uvs(
 ) -> Result<Filled, BakeError> {
     let Request { model, settings, progress, .. } = *request;
     let surface = model.surface();
-    let mut coverage = Coverage::new(surface, atlas, Size::square(side), progress)?;
-    let quantum = displacement::quantum(settings.texel);
-    let exactness = Exactness { quantum, tolerance: settings.tolerance.0 };
-    let mut filled = Vec::new();
-    for channel in channels {
-        let layout = TextureLayout { surface, atlas, coverage: &coverage };
-        let mut map = map::interpolate_heights(layout, channel, settings.interpolation, progress)?;
-        if settings.texels == Texels::Fitted {
-            map::fit(&mut map, atlas, channel, exactness, progress)?;
+    let coverage = Coverage::new(surface, atlas, Size::square(side), progress)?;
+    let mut maps = interpolated(request, TextureLayout { surface, atlas, coverage: &coverage }, channels)?;
+    if settings.texels == Texels::Fitted {
+        for (map, channel) in maps.iter_mut().zip(channels) {
+            map::fit(map, atlas, channel, layout::exactness(settings), progress)?;
         }
-        filled.push(map);
     }
     let findings = LayoutIssues::of(surface, atlas, spacing, &coverage);
-    // Heights need vertices one texel apart, smooth shading needs two.
-    let spaced = spacing.choose(&map_size::sides(settings.largest_side.0)).side;
-    if settings.side.is_none() && spaced > side {
-        coverage = Coverage::new(surface, atlas, Size::square(spaced), progress)?;
+    let for_normals = Some((spaced(request, (atlas, spacing), coverage)?, SharedTexels::First));
+    Ok(Filled { channels: maps, private: Vec::new(), findings, for_normals })
+}
+
+/// Bakes channels (#V each, model units) into the texture coordinates of the mesh, with private texels for the vertices that
+/// would miss their values. Uses the first side with room for them, and returns it; `None` if there is none.
+fn with_private_texels(
+    request: &Request,
+    (atlas, spacing): (&Atlas, &Spacing),
+    channels: &[Vec<f64>],
+    sides: &[u32],
+) -> Result<Option<(u32, Filled)>, BakeError> {
+    let Request { model, settings, progress, .. } = *request;
+    let surface = model.surface();
+    let is_used = |v| !surface.topology().is_isolated(v);
+    for (room, &side) in
+        [Room::OutsideCharts, Room::Anywhere].iter().flat_map(|room| sides.iter().map(move |s| (*room, s)))
+    {
+        let coverage = Coverage::new(surface, atlas, Size::square(side), progress)?;
+        let places = private_texels::Layout { atlas, coverage: &coverage, is_used: &is_used, room };
+        if room == Room::OutsideCharts && !private_texels::may_have_room(places) {
+            continue;
+        }
+        let mut maps = interpolated(request, TextureLayout { surface, atlas, coverage: &coverage }, channels)?;
+        let exactness = layout::exactness(settings);
+        let fitted = private_texels::fit_with_private_texels(&mut maps, places, channels, exactness, progress)?;
+        let Some(private) = fitted else { continue };
+        let findings = LayoutIssues::of(surface, atlas, spacing, &coverage);
+        let for_normals = if private.is_empty() {
+            Some((spaced(request, (atlas, spacing), coverage)?, SharedTexels::First))
+        } else {
+            normal_map_coverage(request, atlas, side)?
+        };
+        return Ok(Some((side, Filled { channels: maps, private, findings, for_normals })));
     }
-    Ok(Filled { channels: filled, findings, for_normals: Some(coverage) })
+    Ok(None)
+}
+
+/// Texels of a normal map for a layout that is rasterised at the side of the displacement map. Heights need vertices one texel
+/// apart, smooth shading needs two.
+fn spaced(request: &Request, (atlas, spacing): (&Atlas, &Spacing), coverage: Coverage) -> Result<Coverage, BakeError> {
+    let Request { model, settings, progress, .. } = *request;
+    let spaced = spacing.choose(&map_size::sides(settings.largest_side.0)).side;
+    if settings.side.is_none() && spaced > coverage.size().width {
+        return Ok(Coverage::new(model.surface(), atlas, Size::square(spaced), progress)?);
+    }
+    Ok(coverage)
 }
 
 /// Bakes channels (#V each, model units) with one texel for each source vertex.
@@ -183,8 +259,13 @@ fn at_texels(request: &Request, atlas: Option<&Atlas>, channels: &[Vec<f64>]) ->
     let vertex_of = model.weld().vertex_of();
     let channels = channels.iter().map(|channel| per_vertex::bake(channel, vertex_of)).collect();
     let coverage = texel_usage(model, per_vertex::size(vertex_of.len()));
-    let for_normals = atlas.map(|atlas| normal_map_coverage(request, atlas)).transpose()?.flatten();
-    Ok(Filled { channels, findings: LayoutIssues { coverage, ..LayoutIssues::default() }, for_normals })
+    let for_normals = atlas.map(|atlas| normal_map_coverage(request, atlas, 0)).transpose()?.flatten();
+    Ok(Filled {
+        channels,
+        private: Vec::new(),
+        findings: LayoutIssues { coverage, ..LayoutIssues::default() },
+        for_normals,
+    })
 }
 
 /// Fraction of the texels that are used if each source vertex has one.
@@ -195,12 +276,12 @@ pub(super) fn texel_usage(model: &Model, size: Size) -> f64 {
 /// Bakes the normal map of a denoised surface, whose positions are `denoised` (#V×3), and returns its image file and size.
 fn bake_normal_map(
     request: &Request,
-    layout: TextureLayout,
+    (layout, shared): (TextureLayout, SharedTexels),
     frames: TangentFrames,
     denoised: Vec<DVec3>,
 ) -> Result<(Vec<u8>, Size), BakeError> {
     let Request { settings, progress, .. } = *request;
-    let map = normal_map::bake(layout, frames, denoised, settings.convention, progress)?;
+    let map = normal_map::bake(layout, frames, denoised, (settings.convention, shared), progress)?;
     progress.stage("encoding");
     let size = layout.coverage.size();
     Ok((displacement::png(map.texels.as_flattened(), size, image::ExtendedColorType::Rgb8)?, size))
@@ -212,31 +293,43 @@ fn range(channels: &[HeightMap]) -> [f32; 2] {
     ranges.fold([f32::INFINITY, f32::NEG_INFINITY], |[l, h], [low, high]| [l.min(low), h.max(high)])
 }
 
-/// Largest fraction of overlapping texels at which a normal map is still baked when heights use the per-vertex layout.
+/// Largest fraction of overlapping texels that rounding along the outlines of charts explains.
 const MAX_OVERLAP: f64 = 0.01;
 
-/// Texels of a normal map in the texture coordinates of a mesh whose heights use the per-vertex layout.
+/// Texels of a normal map for a layout that cannot hold the heights of all vertices; `side` is the least side, texels.
 ///
-/// The result is `None` if charts overlap or leave the unit square, since one texel would then have to hold several normals.
-fn normal_map_coverage(request: &Request, atlas: &Atlas) -> Result<Option<Coverage>, BakeError> {
+/// The result is `None` if charts leave the unit square, since one texel would then have to hold several normals, and if more
+/// than half of the texels of the charts are shared.
+fn normal_map_coverage(
+    request: &Request,
+    atlas: &Atlas,
+    side: u32,
+) -> Result<Option<(Coverage, SharedTexels)>, BakeError> {
     let Request { model, settings, progress, .. } = *request;
     if crate::map::layout_issues::out_of_range(atlas) > 0 {
         return Ok(None);
     }
     // Rasterising would only say the same, after a long time.
-    if Coverage::layers(model.surface(), atlas) > 1.0 + 5.0 * MAX_OVERLAP {
+    if Coverage::layers(model.surface(), atlas) > MOST_LAYERS_OF_NORMALS {
         return Ok(None);
     }
     // In a full layout each vertex gets a block of 4 × 4 texels.
     let vertices = model.surface().positions().len() as f64;
     let side = ((4.0 * vertices.sqrt()) as u32)
         .next_power_of_two()
+        .max(side)
         .clamp(256.min(settings.largest_side.0), settings.largest_side.0);
     let size = Size::square(settings.side.unwrap_or(side));
     let coverage = Coverage::new(model.surface(), atlas, size, progress)?;
-    let allowed = MAX_OVERLAP * coverage.covered_fraction() * size.texels() as f64;
-    Ok((coverage.overlaps() as f64 <= allowed).then_some(coverage))
+    let covered = coverage.covered_fraction() * size.texels() as f64;
+    if coverage.overlaps() as f64 <= MAX_OVERLAP * covered {
+        return Ok(Some((coverage, SharedTexels::First)));
+    }
+    Ok((coverage.shared() as f64 <= covered / 2.0).then_some((coverage, SharedTexels::Flat)))
 }
+
+/// Number of layers of charts above which hardly a texel belongs to one triangle alone.
+const MOST_LAYERS_OF_NORMALS: f64 = 8.0;
 
 /// Positions p − λ · δ, given the positions at λ = 1 (#V×3). #V×3, model units
 fn apply_offsets(model: &Model, denoised: &[DVec3], lambda: f64) -> Vec<DVec3> {

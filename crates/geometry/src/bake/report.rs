@@ -5,13 +5,15 @@ use super::maps::Offsets;
 use crate::map::displace::{self, SamplingRule, ShaderVertex};
 use crate::map::displacement::{DecodeError, Displacement, Encoding, SampleAt, TexelFormat, Weights};
 use crate::map::layout_issues::LayoutIssues;
-use crate::map::manifest::{BitsError, Filtered, HeightsLoss, Layout, Manifest, MapErrors, OwnUvs, Report};
+use crate::map::manifest::{
+    BitsError, Filtered, HeightsLoss, Layout, Manifest, MapErrors, OwnUvErrors, OwnUvs, Report,
+};
 use crate::map::tangents::Tangent;
 use crate::map::{HeightMap, per_vertex};
 use crate::mesh::jagged::Index;
 use crate::metrics::percentile;
-use crate::source::MeshData;
 use crate::source::model::Model;
+use crate::source::{Corner, MeshData};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -39,11 +41,8 @@ pub(super) fn measure(verification: &Verification, manifest: &Manifest) -> Resul
     let map = Displacement::decode(verification.displacement, entry.map, entry.size(), entry.encoding())?;
     let mesh = Mesh::new(verification, manifest);
     let exact = mesh.errors(&map, Weights::Exact);
-    let filtered = match entry.layout {
-        Layout::Uv => mesh.errors(&map, Weights::EightBits),
-        // Clients without texel fetches sample the centre of the texel, so this is what eight-bit weights act on.
-        Layout::Vertex => mesh.at_texel_centres(&map).errors(&map, Weights::EightBits),
-    };
+    // Clients without texel fetches sample the centre of a texel, so this is what eight-bit weights act on.
+    let filtered = mesh.at_texel_centres(&map).errors(&map, Weights::EightBits);
     let map_errors = mesh.map_errors(&map, &verification.offsets.channels);
     let Encoding { scale, .. } = entry.encoding();
     let (quantum, range) = (entry.encoding().quantum(), f64::from(scale));
@@ -74,7 +73,12 @@ pub(super) fn measure(verification: &Verification, manifest: &Manifest) -> Resul
         map_errors: summary(&map_errors, in_quanta),
         eight_bit_weights: Filtered { max_error: filtered.max, p99_error: filtered.p99, seam_gap: filtered.seam_gap },
         by_bits: by_bits(verification, manifest, &mesh, max),
-        own_uvs: (entry.layout == Layout::Uv).then(|| mesh.own_uvs(verification.carrier, &map)),
+        private_vertices: mesh.private_vertices(manifest),
+        own_uvs: (entry.layout == Layout::Uv).then(|| OwnUvs {
+            errors: (!manifest.private_texels.is_empty())
+                .then(|| mesh.own_uv_errors(verification.carrier, &map, |error| !resolved(&error))),
+            ..mesh.own_uvs(verification.carrier, &map)
+        }),
         layout: verification.findings.clone(),
         left_out_rms: loss.map_or(0.0, |loss| loss.rms),
         heights: loss.map(HeightsLoss::from),
@@ -164,9 +168,7 @@ impl<'a> Mesh<'a> {
     fn new(verification: &Verification<'a>, manifest: &Manifest) -> Self {
         let Verification { model, carrier, offsets, frames, .. } = *verification;
         let entry = &manifest.displacement;
-        let dominant = manifest.dominant_pairs();
-        let mut vertices =
-            displace::carrier_vertices(carrier, SamplingRule::new(entry.layout, &dominant), entry.origin);
+        let mut vertices = displace::carrier_vertices(carrier, &SamplingRule::of(manifest), entry.origin);
         if !frames.is_empty() {
             for (vertex, frame) in vertices.iter_mut().zip(model.weld().spread(frames)) {
                 vertex.tangent = frame;
@@ -247,17 +249,47 @@ impl<'a> Mesh<'a> {
         errors
     }
 
-    /// Gaps that arise at seams if each wedge samples at its own texture coordinates, not at the dominant ones.
-    fn own_uvs(&self, carrier: &MeshData, map: &Displacement) -> OwnUvs {
+    /// Number of vertices of the surface with private texels.
+    fn private_vertices(&self, manifest: &Manifest) -> usize {
         let vertex_of = self.model.weld().vertex_of();
-        let mut wedges: Vec<(Index, Index, Index)> = carrier
-            .faces()
-            .items()
-            .iter()
-            .filter_map(|corner| Some((vertex_of[corner.position as usize], corner.uv()?, corner.position)))
-            .collect();
+        let mut vertices: Vec<Index> =
+            manifest.private_pairs().iter().map(|pair| vertex_of[pair[0] as usize]).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        vertices.len()
+    }
+
+    /// Wedges of the carrier, ascending: a vertex of the surface, texture coordinates, and one of the source vertices.
+    fn wedges(&self, carrier: &MeshData) -> Vec<(Index, Index, Index)> {
+        let vertex_of = self.model.weld().vertex_of();
+        let wedge = |corner: &Corner| Some((vertex_of[corner.position as usize], corner.uv()?, corner.position));
+        let mut wedges: Vec<(Index, Index, Index)> = carrier.faces().items().iter().filter_map(wedge).collect();
         wedges.par_sort_unstable();
         wedges.dedup_by_key(|wedge| (wedge.0, wedge.1));
+        wedges
+    }
+
+    /// Errors of wedges that sample at their own texture coordinates.
+    fn own_uv_errors(&self, carrier: &MeshData, map: &Displacement, is_off: impl Fn(f64) -> bool) -> OwnUvErrors {
+        let error = |&(v, uv, source): &(Index, Index, Index)| {
+            let sample_at = Some(SampleAt::Uv(carrier.uvs()[uv as usize].as_vec2()));
+            let displaced = ShaderVertex { sample_at, ..self.vertices[source as usize] }.displaced(map, 1.0);
+            (v, (displaced.as_dvec3() + self.origin).distance(self.expected[v as usize]))
+        };
+        let errors: Vec<(Index, f64)> = self.wedges(carrier).par_iter().map(error).collect();
+        OwnUvErrors {
+            max: errors.iter().fold(0.0, |max, (_, error)| max.max(*error)),
+            mean: errors.iter().map(|(_, error)| error).sum::<f64>() / errors.len().max(1) as f64,
+            vertices: errors
+                .chunk_by(|a, b| a.0 == b.0)
+                .filter(|same| same.iter().any(|(_, error)| is_off(*error)))
+                .count(),
+        }
+    }
+
+    /// Gaps that arise at seams if each wedge samples at its own texture coordinates, not at the dominant ones.
+    fn own_uvs(&self, carrier: &MeshData, map: &Displacement) -> OwnUvs {
+        let wedges = self.wedges(carrier);
         let mut found = OwnUvs::default();
         for same in wedges.chunk_by(|a, b| a.0 == b.0) {
             let displaced = same.iter().map(|&(_, uv, source)| {

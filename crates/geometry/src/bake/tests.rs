@@ -2,9 +2,10 @@
 
 use super::*;
 use crate::denoise::{Denoiser, Laplacian, NormalField};
+use crate::map::HeightMap;
 use crate::map::displace;
-use crate::map::displacement::Displacement;
-use crate::map::manifest;
+use crate::map::displacement::{Displacement, Encoding, TexelFormat};
+use crate::map::manifest::{self, Layout};
 use crate::mesh::jagged::Index;
 use crate::mesh::weld::Welding;
 use crate::progress::Silent;
@@ -135,4 +136,118 @@ fn a_bundle_of_arrays_is_understood_from_its_own_files() {
         let denoised = source - height * displacements.normals[*v as usize].as_dvec3();
         assert!(position.distance(denoised) <= manifest.report.error_bound, "{position} {denoised}");
     }
+}
+
+/// A mesh in whose texture coordinates several vertices share a place.
+fn sheet_with_uvs(uv: impl Fn(DVec2) -> DVec2) -> Model {
+    let sheet = sheet();
+    let uvs = sheet.uvs.iter().map(|p| uv(*p)).collect();
+    Model::new(MeshData::try_from(Arrays { uvs, ..sheet }).unwrap(), Welding::Exact)
+}
+
+/// Layouts that cannot give each vertex a place: charts one upon the other, mirrored charts, a crowd, charts in other tiles, all
+/// texture coordinates at one point, and a chart that fills the image and lies upon another one.
+fn layouts_without_space() -> Vec<(&'static str, Model)> {
+    vec![
+        ("overlap", sheet_with_uvs(|p| DVec2::new(p.x % 0.3, p.y % 0.5))),
+        ("mirror", sheet_with_uvs(|p| DVec2::new((p.x - 0.35).abs(), p.y % 0.5))),
+        ("crowd", sheet_with_uvs(|p| if p.x + p.y < 0.4 { p * 1e-5 + 0.4 } else { p })),
+        ("tiles", sheet_with_uvs(|p| p + DVec2::new((p.x / 0.3).floor() * 3.0, 0.0))),
+        ("point", sheet_with_uvs(|_| DVec2::splat(0.25))),
+        ("full", sheet_with_uvs(|p| DVec2::new((p.x % 0.3) / 0.2, (p.y % 0.5) / 0.4))),
+    ]
+}
+
+/// Settings for maps that are small enough for a test.
+fn small() -> BakeSettings {
+    BakeSettings { largest_side: LargestSide(256), ..BakeSettings::default() }
+}
+
+#[test]
+fn vertices_without_a_place_have_private_texels_and_all_are_exact() {
+    let target = BakeTarget::from(Denoiser::Laplacian(Laplacian::default()));
+    for (name, model) in layouts_without_space() {
+        for (map, texel, side) in [
+            (MapKind::Scalar, TexelFormat::Png16, None),
+            (MapKind::Scalar, TexelFormat::Exr32, None),
+            (MapKind::VectorObject, TexelFormat::Png16, None),
+            (MapKind::VectorTangent, TexelFormat::Png16, Some(100)),
+        ] {
+            let settings = BakeSettings { target: target.clone(), map, texel, side, ..small() };
+            let bundle = bake_of(&model, &settings);
+            let (manifest, report) = (&bundle.manifest, &bundle.manifest.report);
+            assert_eq!((manifest.displacement.layout, manifest.planish), (Layout::Uv, 2), "{name}");
+            assert_eq!((report.unresolved_vertices, report.seam_gap), (0, 0.0), "{name}: {report:?}");
+            // What the fit leaves is an eighth of a step, and positions are rounded as well.
+            assert!(texel == TexelFormat::Exr32 || report.map_errors.max_quanta <= Some(0.64), "{name}: {report:?}");
+            if side.is_none() {
+                assert_eq!(report.eight_bit_weights.seam_gap, 0.0, "{name}");
+            }
+            let private = manifest.private_texels.len();
+            assert!(private > 0 && report.private_vertices <= private, "{name}");
+            assert!(name == "point" || 2 * private <= manifest.source.vertices, "{name}: {private}");
+            assert!(report.own_uvs.unwrap().errors.unwrap().max > report.quantum, "{name}");
+
+            // The files are read as they were written, and displace as the report says.
+            let displacement = bytes_of(&bundle, &manifest.displacement.file);
+            let carrier = Obj::parse(bytes_of(&bundle, &manifest.carrier.obj).to_vec()).unwrap();
+            let files = WrittenFiles { displacement, carrier: carrier.data() };
+            let read = Manifest::from_json(manifest.to_json().as_bytes()).unwrap();
+            assert_eq!(&read, manifest, "{name}");
+            assert_eq!(check(&model, &read, &target, files, &Silent).unwrap(), *report, "{name}");
+        }
+    }
+}
+
+#[test]
+fn private_texels_are_read_by_their_vertex_alone() {
+    for (name, model) in layouts_without_space() {
+        let target = BakeTarget::from(Denoiser::Laplacian(Laplacian::default()));
+        let bundle = bake_of(&model, &BakeSettings { target, ..small() });
+        let manifest = &bundle.manifest;
+        let entry = &manifest.displacement;
+        let map =
+            Displacement::decode(bytes_of(&bundle, &entry.file), entry.map, entry.size(), entry.encoding()).unwrap();
+        let vertices = displace::baked_vertices(model.source(), manifest, &|| None).unwrap();
+        let texels: Vec<Index> = manifest.private_pairs().iter().map(|pair| pair[1]).collect();
+        let Encoding { bias, scale, .. } = map.encoding();
+        let mut heights: Vec<f32> = map.planes()[0].iter().map(|texel| bias + scale * texel).collect();
+        texels.iter().for_each(|&texel| heights[texel as usize] = 2.0 * bias + scale - heights[texel as usize]);
+        let changed = [HeightMap { size: map.size(), texels: heights }];
+        let changed = Displacement::encode(&changed, map.kind(), map.encoding());
+        for (v, vertex) in (0..).zip(&vertices) {
+            let is_private = manifest.private_pairs().iter().any(|pair| pair[0] == v);
+            assert_eq!(vertex.height(&changed) == vertex.height(&map), !is_private, "{name}: vertex {v}");
+        }
+        let mut distinct = texels.clone();
+        distinct.sort_unstable();
+        distinct.dedup();
+        assert_eq!(distinct.len(), texels.len(), "{name}");
+    }
+}
+
+#[test]
+fn layouts_with_space_have_no_private_texels_and_the_first_version() {
+    let target = BakeTarget::from(Denoiser::Laplacian(Laplacian::default()));
+    let bundle = bake_of(&sheet_with_uvs(|p| p), &BakeSettings { target, ..small() });
+    assert_eq!((bundle.manifest.planish, bundle.manifest.private_texels.len()), (1, 0));
+    assert!(!bundle.manifest.to_json().contains("private"));
+}
+
+#[test]
+fn normal_maps_are_flat_where_charts_overlap() {
+    let target = BakeTarget::from(Denoiser::Laplacian(Laplacian::default()));
+    let settings = BakeSettings { target, ..small() };
+    // The second chart lies on the upper half of the first one.
+    let model = sheet_with_uvs(|p| if p.x >= 0.3 { p + DVec2::new(-0.5, -0.3) } else { p });
+    let bundle = bake_of(&model, &settings);
+    let entry = bundle.manifest.normal_map.as_ref().unwrap();
+    let image = image::load_from_memory(bytes_of(&bundle, &entry.file)).unwrap().into_rgb8();
+    let at = |u: f64, v: f64| {
+        let side = f64::from(entry.width);
+        image.get_pixel((u * side) as u32, ((1.0 - v) * side) as u32).0
+    };
+    let flat = [128, 128, 255];
+    assert!((0..50).all(|i| at(0.005 + 0.003 * f64::from(i), 0.3) == flat));
+    assert!((0..50).any(|i| at(0.005 + 0.003 * f64::from(i), 0.1) != flat));
 }

@@ -82,8 +82,12 @@ impl Denoising {
         output: Output,
         progress: &dyn Progress,
     ) -> Result<Moved, DenoisingError> {
+        if let (Output::Heights(_), Some(direction)) = (&output, self.limits.direction) {
+            return Err(LimitsError::NotAlongNormals(direction).into());
+        }
         let bounds = self.limits.on(surface, weld)?;
-        let (deltas, choice) = self.denoiser.freed().run(surface, progress)?;
+        let (mut deltas, choice) = self.denoiser.freed().run(surface, progress)?;
+        bounds.shape(surface, &mut deltas);
         let fit = if self.denoiser.motion().is_some() { HeightFit::FaceNormals } else { HeightFit::Positions };
         Ok(Unbounded { deltas, bounds, fit, choice }.into_output(surface, output, progress)?)
     }

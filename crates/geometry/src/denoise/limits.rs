@@ -1,12 +1,17 @@
-//! Constraints on the result of denoising, whatever the method: fixed vertices, a largest displacement, the volume.
+//! Constraints on the result of denoising, whatever the method: weights, a direction, fixed vertices, a largest displacement, the
+//! volume.
 //!
-//! If limits conflict, fixed vertices come first, then the largest displacement, then the volume. The input satisfies every
+//! Weights and direction say what the displacements are; the others limit those. If limits conflict, fixed vertices come first, then the largest displacement, then the volume. The input satisfies every
 //! limit, so the volume can be restored by the vertices that have not reached theirs.
 
+mod direction;
 mod mask;
 mod volume;
+mod weights;
 
+pub use direction::{Direction, DirectionError};
 pub use mask::{Mask, MaskError};
+pub use weights::{Weights, WeightsError};
 
 use crate::mesh::jagged::Index;
 use crate::mesh::surface::Surface;
@@ -27,6 +32,22 @@ pub struct Limits {
     pub max_displacement: Option<f64>,
     /// Treatment of the enclosed volume.
     pub volume: Volume,
+    /// How far each vertex may go; `None` if all go as far as the method moves them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mask: Option<WeightMask>,
+    /// Direction along which vertices move; `None` if they move in any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub direction: Option<Direction>,
+}
+
+/// Weights of the vertices, and where they come from.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WeightMask {
+    /// Source of the weights, as the user gave it.
+    pub from: String,
+    /// Weights by which displacements are multiplied; a vertex with weight 0 stays where it is, bit for bit.
+    pub weights: Weights,
 }
 
 named! {
@@ -52,6 +73,9 @@ pub enum LimitsError {
         /// Number of source vertices.
         v_lines: usize,
     },
+    /// Heights along normals cannot move vertices along another direction.
+    #[error("vertices that move along {0} cannot be moved by heights along their normals")]
+    NotAlongNormals(Direction),
     /// The largest displacement is negative or not a number.
     #[error("{0} is no largest displacement")]
     NotALength(f64),
@@ -77,13 +101,17 @@ impl Limits {
     /// Limits for the vertices of a surface, whose source vertices were welded like this.
     pub fn on(&self, surface: &Surface, weld: &Weld) -> Result<Bounds, LimitsError> {
         let v_lines = weld.vertex_of().len();
-        if self.fixed.highest() as usize > v_lines {
-            return Err(LimitsError::NoSuchLine { line: self.fixed.highest(), v_lines });
+        let masked = self.mask.as_ref().map_or(0, |mask| mask.weights.highest());
+        let line = self.fixed.highest().max(masked);
+        if line as usize > v_lines {
+            return Err(LimitsError::NoSuchLine { line, v_lines });
         }
         if let Some(d) = self.max_displacement.filter(|d| !d.is_finite() || *d < 0.0) {
             return Err(LimitsError::NotALength(d));
         }
-        let fixed = self.fixed.of(surface.topology(), weld);
+        let mut fixed = self.fixed.of(surface.topology(), weld);
+        let weights = self.mask.as_ref().map(|mask| mask.weights.of(fixed.len(), weld)).unwrap_or_default();
+        weights.iter().zip(&mut fixed).filter(|(weight, _)| **weight == 0.0).for_each(|(_, fixed)| *fixed = true);
         if self.volume == Volume::Preserve {
             let moves = |edge: &[Index; 2]| edge.iter().any(|&v| !fixed[v as usize]);
             let open: Vec<[Index; 2]> = unbalanced_edges(surface.topology()).filter(moves).collect();
@@ -93,7 +121,8 @@ impl Limits {
             }
         }
         let reach = self.max_displacement.map_or(f64::INFINITY, |d| d * surface.mean_edge());
-        Ok(Bounds { fixed, reach, volume: self.volume })
+        let directions = self.direction.map(|direction| direction.of(surface)).unwrap_or_default();
+        Ok(Bounds { fixed, weights, directions, reach, volume: self.volume })
     }
 }
 
@@ -113,6 +142,10 @@ fn unbalanced_edges(topology: &Topology) -> impl Iterator<Item = [Index; 2]> {
 pub struct Bounds {
     /// True for vertices that stay. #V
     fixed: Vec<bool>,
+    /// Weights of the displacements; empty if all are 1. #V
+    weights: Vec<f64>,
+    /// Unit directions of the displacements; empty if vertices move in any direction. #V×3
+    directions: Vec<DVec3>,
     /// Largest displacement, model units; infinite without a limit.
     reach: f64,
     volume: Volume,
@@ -125,9 +158,16 @@ pub struct Outcome {
     pub fixed_vertices: usize,
     /// Number of vertices with the largest displacement that is allowed.
     pub stopped_vertices: usize,
+    /// Number of vertices whose displacement was multiplied by a weight below 1; 0 without a mask.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub weighted_vertices: usize,
     /// Change of the volume, with [`Volume::Preserve`] only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub volume: Option<VolumeChange>,
+}
+
+fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 /// Change of the enclosed volume, cubic model units.
@@ -143,7 +183,31 @@ pub struct VolumeChange {
 
 impl Bounds {
     fn are_none(&self) -> bool {
-        self.volume == Volume::Free && self.reach == f64::INFINITY && !self.fixed.contains(&true)
+        self.volume == Volume::Free
+            && self.reach == f64::INFINITY
+            && self.weights.is_empty()
+            && self.directions.is_empty()
+            && !self.fixed.contains(&true)
+    }
+
+    /// Turns the δ of a method (#V×3, model units) into the direction of the limits and multiplies them by the weights. All other
+    /// limits are for the result of this.
+    pub(super) fn shape(&self, surface: &Surface, deltas: &mut Vec<DVec3>) {
+        if !self.directions.is_empty() {
+            *deltas = direction::along(surface, &self.directions, deltas);
+        }
+        deltas.iter_mut().zip(&self.weights).for_each(|(delta, weight)| *delta *= *weight);
+    }
+
+    /// Vectors (#V×3) along which vertices restore the volume: the normals, or the directions of the limits on their side, times the
+    /// weights.
+    fn lifts(&self, normals: &[DVec3]) -> Vec<DVec3> {
+        let mut lifts = normals.to_vec();
+        for (lift, direction) in lifts.iter_mut().zip(&self.directions) {
+            *lift = *direction * direction.dot(*lift).signum() + DVec3::ZERO;
+        }
+        lifts.iter_mut().zip(&self.weights).for_each(|(lift, weight)| *lift *= *weight);
+        lifts
     }
 
     /// Shortens δ (#V×3, model units) to satisfy all limits but that of the volume; directions stay.
@@ -169,12 +233,13 @@ impl Bounds {
         let mut volume = None;
         if self.volume == Volume::Preserve {
             progress.stage("restoring the volume");
-            volume = Some(volume::restore(self, surface, directions, deltas, progress)?);
+            volume = Some(volume::restore(self, surface, &self.lifts(directions), deltas, progress)?);
         }
         // Shortening may have cost a few bits.
         let stopped = |(delta, fixed): &(&DVec3, &bool)| !**fixed && delta.length() >= self.reach * (1.0 - 1e-12);
         Ok(Some(Outcome {
             fixed_vertices: self.fixed.iter().filter(|fixed| **fixed).count(),
+            weighted_vertices: self.weights.iter().filter(|weight| **weight < 1.0).count(),
             stopped_vertices: deltas.iter().zip(&self.fixed).filter(stopped).count(),
             volume,
         }))
@@ -272,7 +337,10 @@ mod tests {
         let Moved { deltas, limits: outcome, .. } = denoising.run(&sphere, &weld, denoising.output(), &Silent).unwrap();
         assert_eq!(deltas, [DVec3::ZERO; 42]);
         let change = VolumeChange { by_method: 0.0, left: 0.0, restored: true };
-        assert_eq!(outcome, Some(Outcome { fixed_vertices: 42, stopped_vertices: 0, volume: Some(change) }));
+        assert_eq!(
+            outcome,
+            Some(Outcome { fixed_vertices: 42, stopped_vertices: 0, weighted_vertices: 0, volume: Some(change) })
+        );
         let limits = Limits { fixed: "43".parse().unwrap(), ..Limits::default() };
         let denoising = Denoising { limits, ..Denoising::default() };
         let error = denoising.run(&sphere, &weld, denoising.output(), &Silent).unwrap_err();
@@ -287,5 +355,65 @@ mod tests {
         let along = vec![DVec3::X; 42];
         let outcome = bounds.apply(&sphere, &along, &mut deltas, &Silent).unwrap().unwrap();
         assert!(!outcome.volume.unwrap().restored);
+    }
+
+    /// A dented sphere, its displacements within limits, and what the limits did.
+    fn limited(limits: Limits) -> (Surface, Vec<DVec3>, Outcome) {
+        let sphere = shapes::dented_sphere(3);
+        let denoiser = Denoiser::Laplacian(Laplacian { iterations: 5, ..Laplacian::default() });
+        let weld = Weld::new(sphere.positions(), Welding::None);
+        let denoising = Denoising { denoiser, limits };
+        let moved = denoising.run(&sphere, &weld, denoising.output(), &Silent).unwrap();
+        (sphere, moved.deltas, moved.limits.unwrap_or_default())
+    }
+
+    fn mask(weights: &[f32]) -> Limits {
+        let mask = WeightMask { from: "test".to_owned(), weights: Weights::new(weights) };
+        Limits { mask: Some(mask), ..Limits::default() }
+    }
+
+    #[test]
+    fn vertices_go_as_far_as_their_weight_says() {
+        let (sphere, free, _) = limited(Limits::default());
+        let weights: Vec<f32> = (0..sphere.positions().len()).map(|v| (v % 4) as f32 / 3.0).collect();
+        let (_, deltas, outcome) = limited(mask(&weights));
+        for ((delta, free), weight) in deltas.iter().zip(&free).zip(&weights) {
+            assert!(delta.distance(*free * f64::from(*weight)) <= 1e-7 * free.length());
+            assert!(*weight > 0.0 || *delta == DVec3::ZERO);
+        }
+        let count = |picked: &dyn Fn(f32) -> bool| weights.iter().filter(|weight| picked(**weight)).count();
+        assert_eq!((outcome.fixed_vertices, outcome.weighted_vertices), (count(&|w| w == 0.0), count(&|w| w < 1.0)));
+    }
+
+    #[test]
+    fn vertices_move_along_their_direction_alone() {
+        for (direction, volume) in
+            [("0,0,1", Volume::Free), ("0,0,-2", Volume::Preserve), ("ray:3,0,0", Volume::Preserve)]
+        {
+            let direction: Direction = direction.parse().unwrap();
+            let (sphere, deltas, outcome) = limited(Limits {
+                direction: Some(direction),
+                volume,
+                max_displacement: Some(0.3),
+                ..Limits::default()
+            });
+            for (delta, along) in deltas.iter().zip(direction.of(&sphere)) {
+                assert!(delta.cross(along).length() <= 1e-12 * sphere.mean_edge(), "{delta} {along}");
+                assert!(delta.length() <= 0.3 * sphere.mean_edge());
+            }
+            assert!(deltas.iter().any(|delta| delta.length() > 0.01 * sphere.mean_edge()));
+            assert!(outcome.volume.is_none_or(|change| change.left.abs() < change.by_method.abs()), "{outcome:?}");
+        }
+    }
+
+    #[test]
+    fn heights_along_normals_are_no_motion_along_a_direction() {
+        let sphere = shapes::dented_sphere(2);
+        let direction = Direction::Axis(DVec3::Z);
+        let limits = Limits { direction: Some(direction), ..Limits::default() };
+        let denoising = Denoising { denoiser: Denoiser::Laplacian(Laplacian::default()), limits };
+        let weld = Weld::new(sphere.positions(), Welding::None);
+        let error = denoising.run(&sphere, &weld, crate::denoise::Output::Heights(None), &Silent).unwrap_err();
+        assert_eq!(error, DenoisingError::Limits(LimitsError::NotAlongNormals(direction)));
     }
 }

@@ -105,7 +105,12 @@ fn deltas(denoiser: &Denoiser, surface: &Surface) -> Vec<DVec3> {
 
 /// All limits at once; the boundary is fixed because without that an open surface has no volume.
 fn limits() -> Limits {
-    Limits { fixed: "boundary 2-3 5".parse().unwrap(), max_displacement: Some(0.05), volume: Volume::Preserve }
+    Limits {
+        fixed: "boundary 2-3 5".parse().unwrap(),
+        max_displacement: Some(0.05),
+        volume: Volume::Preserve,
+        ..Limits::default()
+    }
 }
 
 fn limited(denoiser: &Denoiser, limits: &Limits, surface: &Surface) -> (Vec<DVec3>, Option<Outcome>) {

@@ -67,27 +67,32 @@ impl ShaderVertex {
 }
 
 /// Rule by which source vertices sample the map.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SamplingRule<'a> {
-    /// A source vertex samples at a texture coordinate: the one that it has in this list (ascending pairs of the indices of a
-    /// source vertex and of a texture coordinate), else the one of its first corner.
-    Uv(&'a [[Index; 2]]),
+#[derive(Clone, Debug, PartialEq)]
+pub enum SamplingRule {
+    /// A source vertex samples at a texture coordinate, unless it has a private texel.
+    Uv {
+        /// Ascending pairs of the indices of a source vertex and of the texture coordinate at which it samples. Others sample at the
+        /// texture coordinate of their first corner.
+        dominant: Vec<[Index; 2]>,
+        /// Ascending pairs of the indices of a source vertex and of its private texel, counted row by row from the top.
+        private: Vec<[Index; 2]>,
+    },
     /// The i-th source vertex reads the i-th texel.
     PerVertex,
 }
 
-impl<'a> SamplingRule<'a> {
-    /// Rule of a layout; `dominant` is the list of [`SamplingRule::Uv`].
-    pub fn new(layout: Layout, dominant: &'a [[Index; 2]]) -> Self {
-        match layout {
-            Layout::Uv => Self::Uv(dominant),
+impl SamplingRule {
+    /// Rule of a manifest.
+    pub fn of(manifest: &Manifest) -> Self {
+        match manifest.displacement.layout {
+            Layout::Uv => Self::Uv { dominant: manifest.dominant_pairs(), private: manifest.private_pairs() },
             Layout::Vertex => Self::PerVertex,
         }
     }
 }
 
 /// Builds the vertices of a carrier, one for each source vertex (#v), with the normals that its corners name.
-pub fn carrier_vertices(carrier: &MeshData, rule: SamplingRule, origin: DVec3) -> Vec<ShaderVertex> {
+pub fn carrier_vertices(carrier: &MeshData, rule: &SamplingRule, origin: DVec3) -> Vec<ShaderVertex> {
     let vertex = |p: &DVec3| ShaderVertex { position: (*p - origin).as_vec3(), ..ShaderVertex::default() };
     let mut vertices: Vec<ShaderVertex> = carrier.positions().iter().map(vertex).collect();
     let uv = |vt: Index| SampleAt::Uv(carrier.uvs()[vt as usize].as_vec2());
@@ -101,9 +106,12 @@ pub fn carrier_vertices(carrier: &MeshData, rule: SamplingRule, origin: DVec3) -
         }
     }
     match rule {
-        SamplingRule::Uv(dominant) => {
+        SamplingRule::Uv { dominant, private } => {
             for &[v, vt] in dominant {
                 vertices[v as usize].sample_at = Some(uv(vt));
+            }
+            for &[v, texel] in private {
+                vertices[v as usize].sample_at = Some(SampleAt::Texel(texel));
             }
         }
         SamplingRule::PerVertex => {
@@ -117,7 +125,7 @@ pub fn carrier_vertices(carrier: &MeshData, rule: SamplingRule, origin: DVec3) -
 
 /// Builds the vertices of the mesh that was baked, one for each source vertex (#v), with these unit normals (#v×3), because
 /// the map does not displace along the normals of the file.
-pub fn source_vertices(source: &MeshData, normals: &[Vec3], rule: SamplingRule, origin: DVec3) -> Vec<ShaderVertex> {
+pub fn source_vertices(source: &MeshData, normals: &[Vec3], rule: &SamplingRule, origin: DVec3) -> Vec<ShaderVertex> {
     let mut vertices = carrier_vertices(source, rule, origin);
     for (vertex, normal) in vertices.iter_mut().zip(normals) {
         vertex.normal = *normal;
@@ -193,13 +201,12 @@ pub fn baked_vertices(
         return Err(MeshError::NeedsCarrier);
     }
     let data = mesh.data();
-    let dominant = manifest.dominant_pairs();
     check_mesh(data, manifest)?;
-    let rule = SamplingRule::new(manifest.displacement.layout, &dominant);
+    let rule = SamplingRule::of(manifest);
     let origin = manifest.displacement.origin;
     let needs_frames = manifest.displacement.map == MapKind::VectorTangent;
     if is_carrier && !needs_frames {
-        return Ok(carrier_vertices(data, rule, origin));
+        return Ok(carrier_vertices(data, &rule, origin));
     }
     // Source vertices of a carrier that were welded are at the same position.
     let welding = match manifest.welding {
@@ -208,7 +215,7 @@ pub fn baked_vertices(
     };
     let model = Model::new(mesh.clone(), welding);
     let carrier_normals = |carrier: &MeshData| -> Vec<Vec3> {
-        let vertices = carrier_vertices(carrier, rule, origin);
+        let vertices = carrier_vertices(carrier, &rule, origin);
         model.weld().first().iter().map(|&v| vertices[v as usize].normal).collect()
     };
     let normals = if is_carrier {
@@ -246,10 +253,9 @@ pub struct DisplacementDirections {
 /// Builds the vertices of a mesh that was just baked, one for each source vertex (#v), with the directions of the bake. They
 /// equal those that [`baked_vertices`] finds out from the files, at a fraction of the cost.
 pub fn model_vertices(model: &Model, directions: &DisplacementDirections, manifest: &Manifest) -> Vec<ShaderVertex> {
-    let dominant = manifest.dominant_pairs();
-    let rule = SamplingRule::new(manifest.displacement.layout, &dominant);
+    let rule = SamplingRule::of(manifest);
     let normals = model.weld().spread(&directions.normals);
-    let mut vertices = source_vertices(model.data(), &normals, rule, manifest.displacement.origin);
+    let mut vertices = source_vertices(model.data(), &normals, &rule, manifest.displacement.origin);
     if !directions.frames.is_empty() {
         for (vertex, frame) in vertices.iter_mut().zip(model.weld().spread(&directions.frames)) {
             vertex.tangent = frame;

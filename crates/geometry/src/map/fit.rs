@@ -65,11 +65,24 @@ pub fn fit(
     exactness: Exactness,
     progress: &dyn Progress,
 ) -> Result<UnmetSamples, Cancelled> {
+    let unmet = unmet(texels, size, samples, exactness, progress)?;
+    let count = |rank| unmet.iter().filter(|&&(i, _)| samples[i].rank == rank).count();
+    Ok(UnmetSamples { dominant: count(Rank::Dominant), secondary: count(Rank::Secondary) })
+}
+
+/// Fits texels as [`fit`] does, and returns the unmet samples: the index of each, ascending, with its error in model units.
+pub(super) fn unmet(
+    texels: &mut [f32],
+    size: Size,
+    samples: &[Sample],
+    exactness: Exactness,
+    progress: &dyn Progress,
+) -> Result<Vec<(usize, f64)>, Cancelled> {
     progress.stage("fitting");
     let range = samples.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], s| [l.min(s.height), h.max(s.height)]);
     let span = range[1] - range[0];
     if samples.is_empty() || span <= 0.0 {
-        return Ok(UnmetSamples::default());
+        return Ok(Vec::new());
     }
     let bounds = [range[0] - HEADROOM * span, range[1] + HEADROOM * span];
     let footprints: Vec<Footprint> = samples.iter().map(|s| Footprint::new(s.uv, size)).collect();
@@ -93,12 +106,13 @@ pub fn fit(
     }
     // Texels are rounded to single precision.
     let rounding = f64::from(f32::EPSILON) * bounds[0].abs().max(bounds[1].abs());
-    let is_unmet = |(sample, footprint): (&Sample, &Footprint)| {
+    let allowed = exactness.allowed() * span + rounding;
+    let error = |(sample, footprint): (&Sample, &Footprint)| {
         let sampled: f64 = footprint.weights().map(|(texel, w)| w * f64::from(texels[texel])).sum();
-        (sampled - sample.height).abs() > exactness.allowed() * span + rounding
+        (sampled - sample.height).abs()
     };
-    let count = |rank| samples.iter().zip(&footprints).filter(|(s, f)| s.rank == rank && is_unmet((s, f))).count();
-    Ok(UnmetSamples { dominant: count(Rank::Dominant), secondary: count(Rank::Secondary) })
+    let errors = samples.iter().zip(&footprints).map(error).enumerate();
+    Ok(errors.filter(|(_, error)| *error > allowed).collect())
 }
 
 /// Connected groups of samples, which share texels directly or through others. Groups and their members are in the order of

@@ -22,8 +22,9 @@ mod clients;
 
 pub use clients::{Blender, BlenderDirection, CentreMagnitude, Clients, MinMax, Mtl, ThreeJs};
 
-/// Version of the format that this crate reads and writes.
-pub const VERSION: u64 = 1;
+/// Latest version of the format that this crate reads. It also reads the earlier ones, and writes the earliest one that has every
+/// field that a reader has to know: 1 without private texels, 2 with them.
+pub const VERSION: u64 = 2;
 
 /// Largest side of a map, texels.
 pub const LARGEST_SIDE: u32 = 16384;
@@ -34,7 +35,7 @@ const LARGEST_LAMBDA: f64 = 1e6;
 /// Description of a baked map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
-    /// Version of the format: 1.
+    /// Version of the format: 1, or 2 if there are private texels.
     pub planish: u64,
     /// Name and size of the mesh that was baked.
     pub source: SourceEntry,
@@ -52,6 +53,10 @@ pub struct Manifest {
     /// Texture coordinates at which vertices on seams sample; only with [`Layout::Uv`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dominant_uv: Option<DominantUv>,
+    /// Vertices that read texels of their own instead of sampling at texture coordinates, and those texels; only with
+    /// [`Layout::Uv`].
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub private_texels: Vec<PrivateTexel>,
     /// Normal map of the denoised surface; `None` if the texture coordinates do not allow one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal_map: Option<NormalMapEntry>,
@@ -169,6 +174,10 @@ named! {
     }
 }
 
+fn is_zero(count: &usize) -> bool {
+    *count == 0
+}
+
 impl UvSource {
     fn is_mesh(&self) -> bool {
         *self == Self::Mesh
@@ -236,6 +245,31 @@ impl DominantUv {
     /// Pairs of [`Self::seam_vertices`], counted from 0.
     fn pairs(&self) -> Vec<[Index; 2]> {
         self.seam_vertices.iter().map(|pair| pair.map(|i| i - 1)).collect()
+    }
+}
+
+/// A source vertex and the texel that it reads; in JSON a list `[v, column, row]`. Of several source vertices that were welded each
+/// is listed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "[Index; 3]", into = "[Index; 3]")]
+pub struct PrivateTexel {
+    /// Number of the source vertex, counted from 1 as in OBJ.
+    pub vertex: Index,
+    /// Column of the texel, counted from 0 at the left.
+    pub column: u32,
+    /// Row of the texel, counted from 0 at the top.
+    pub row: u32,
+}
+
+impl From<[Index; 3]> for PrivateTexel {
+    fn from([vertex, column, row]: [Index; 3]) -> Self {
+        Self { vertex, column, row }
+    }
+}
+
+impl From<PrivateTexel> for [Index; 3] {
+    fn from(PrivateTexel { vertex, column, row }: PrivateTexel) -> Self {
+        [vertex, column, row]
     }
 }
 
@@ -316,6 +350,9 @@ pub struct Report {
     pub eight_bit_weights: Filtered,
     /// Errors that 8, 16 and 32 bits would give.
     pub by_bits: Vec<BitsError>,
+    /// Number of vertices with private texels, welded ones counted once.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub private_vertices: usize,
     /// Result of clients that sample each wedge at its own texture coordinate; only with [`Layout::Uv`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub own_uvs: Option<OwnUvs>,
@@ -422,6 +459,20 @@ pub struct OwnUvs {
     pub bit_equal_seam_vertices: usize,
     /// Largest distance between two wedges of one vertex after displacement, model units.
     pub seam_gap: f64,
+    /// Errors of the wedges; only with private texels, of which these clients know nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub errors: Option<OwnUvErrors>,
+}
+
+/// Distances of wedges, displaced at their own texture coordinates, from the exact positions of their vertices.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct OwnUvErrors {
+    /// Largest distance, model units.
+    pub max: f64,
+    /// Mean of the distances, model units.
+    pub mean: f64,
+    /// Number of vertices with a wedge that is farther off than the tolerance.
+    pub vertices: usize,
 }
 
 /// Reasons why bytes are not a manifest.
@@ -431,7 +482,7 @@ pub enum ManifestError {
     #[error("not a planish manifest: {0}")]
     Json(String),
     /// The manifest has another version of the format.
-    #[error("the manifest has version {0}, but this planish reads version {VERSION}")]
+    #[error("the manifest has version {0}, but this planish reads versions 1 to {VERSION}")]
     Version(String),
     /// A field has a value that is not allowed.
     #[error("field `{field}`: {problem}")]
@@ -448,6 +499,12 @@ impl Manifest {
     /// for the vertices that [`DominantUv`] lists.
     pub fn dominant_pairs(&self) -> Vec<[Index; 2]> {
         self.dominant_uv.as_ref().map(DominantUv::pairs).unwrap_or_default()
+    }
+
+    /// Ascending pairs of the indices of a source vertex and of its private texel, counted from 0, texels row by row from the top.
+    pub fn private_pairs(&self) -> Vec<[Index; 2]> {
+        let index = |texel: &PrivateTexel| texel.row * self.displacement.width + texel.column;
+        self.private_texels.iter().map(|texel| [texel.vertex - 1, index(texel)]).collect()
     }
 
     /// Names of the files of the bundle besides the manifest: maps, carrier and whatever else is listed, without the mesh that was
@@ -479,7 +536,7 @@ impl Manifest {
         let value: serde_json::Value = serde_json::from_slice(bytes).map_err(json)?;
         match value.get("planish") {
             None => return Err(ManifestError::Json("there is no field `planish` with the version".to_owned())),
-            Some(version) if version.as_u64() != Some(VERSION) => {
+            Some(version) if !version.as_u64().is_some_and(|version| (1..=VERSION).contains(&version)) => {
                 return Err(ManifestError::Version(version.to_string()));
             }
             Some(_) => {}
@@ -528,18 +585,35 @@ impl Manifest {
         ensure(counted_from_one, "dominant_uv.seam_vertices", "index 0: indices count from 1".to_owned())?;
         let in_mesh = |pair: &[Index; 2]| pair[0] as usize <= self.source.vertices;
         let stray = pairs.iter().find(|pair| !in_mesh(pair));
-        ensure(stray.is_none(), "dominant_uv.seam_vertices", format!("{stray:?} names no vertex"))
+        ensure(stray.is_none(), "dominant_uv.seam_vertices", format!("{stray:?} names no vertex"))?;
+        let has_uvs = map.layout == Layout::Uv || self.private_texels.is_empty();
+        ensure(has_uvs, "private_texels", "does not go with the layout `vertex`".to_owned())?;
+        let exists = |texel: &&PrivateTexel| {
+            (1..=self.source.vertices).contains(&(texel.vertex as usize))
+                && texel.column < map.width
+                && texel.row < map.height
+        };
+        let stray = self.private_texels.iter().find(|texel| !exists(texel)).map(|texel| <[Index; 3]>::from(*texel));
+        ensure(
+            stray.is_none(),
+            "private_texels",
+            format!("{:?} names no vertex or no texel", stray.unwrap_or_default()),
+        )
     }
 
-    /// Writes the JSON text: indented, but with the pairs of indices in one line.
+    /// Writes the JSON text: indented, but with each list of indices in one line.
     pub fn to_json(&self) -> String {
         // Strings, numbers and lists cannot fail to become JSON.
         let mut value = serde_json::to_value(self).unwrap_or_default();
-        let Some(pairs) = value.pointer_mut("/dominant_uv/seam_vertices").map(std::mem::take) else {
-            return serde_json::to_string_pretty(&value).unwrap_or_default() + "\n";
-        };
-        let text = serde_json::to_string_pretty(&value).unwrap_or_default();
-        text.replace("\"seam_vertices\": null", &format!("\"seam_vertices\": {pairs}")) + "\n"
+        let lists = [("/dominant_uv/seam_vertices", "seam_vertices"), ("/private_texels", "private_texels")];
+        let lists = lists.map(|(pointer, name)| (name, value.pointer_mut(pointer).map(std::mem::take)));
+        let mut text = serde_json::to_string_pretty(&value).unwrap_or_default();
+        for (name, list) in lists {
+            if let Some(list) = list {
+                text = text.replace(&format!("\"{name}\": null"), &format!("\"{name}\": {list}"));
+            }
+        }
+        text + "\n"
     }
 }
 

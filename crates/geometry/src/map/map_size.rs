@@ -75,6 +75,13 @@ impl Spacing {
     pub fn smallest(&self, side: u32) -> f64 {
         self.distances.first().map_or(f64::INFINITY, |d| d * f64::from(side))
     }
+    /// The sides (ascending) from the one on beyond which hardly a vertex more, 1 % at most, gets a texel of its own.
+    pub(crate) fn settled<'a>(&self, sides: &'a [u32]) -> &'a [u32] {
+        let crowded = |side: &u32| self.nearer(1.0, *side);
+        let allowed =
+            sides.last().map_or(0, crowded) + (self.distances.len() as f64 * (1.0 - RESOLVED_FRACTION)) as usize;
+        &sides[sides.partition_point(|side| crowded(side) > allowed)..]
+    }
     /// Chooses the smallest of the sides (ascending) at which all but 1 % of the vertices are far enough apart, or the largest
     /// one if none is enough.
     pub fn choose(&self, sides: &[u32]) -> MapSizeChoice {
@@ -147,7 +154,7 @@ pub struct MapSizeChoice {
     pub side: u32,
     /// Number of vertices with a texture coordinate.
     pub vertices: usize,
-    /// Number of vertices for which the size is not enough.
+    /// Number of vertices for which the size is not enough, or which have private texels.
     pub left: usize,
     /// Reason for the size.
     pub reason: MapSizeReason,
@@ -164,6 +171,8 @@ pub enum MapSizeReason {
     AlmostExact,
     /// It is the smallest size at which 99 % of the vertices are far enough apart.
     Spaced,
+    /// It is the smallest size with hardly more vertices that need private texels than the largest one, and with room for them.
+    PrivateTexels,
     /// It is the largest size; at none are 99 % of the vertices far enough apart.
     Crowded,
 }
@@ -181,6 +190,9 @@ impl std::fmt::Display for MapSizeChoice {
                     f,
                     "{side} gives all but {left} of {vertices} vertices their height; up to {largest} no size gives it to all"
                 )
+            }
+            MapSizeReason::PrivateTexels => {
+                write!(f, "{side} gives each vertex its height, {left} of {vertices} by private texels")
             }
             MapSizeReason::Spaced => {
                 write!(

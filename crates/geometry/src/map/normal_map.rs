@@ -26,6 +26,15 @@ named! {
     }
 }
 
+/// Normals of texels in which charts overlap.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SharedTexels {
+    /// The texel has the normal of the first triangle: for overlaps that rounding makes along the outlines of charts.
+    First,
+    /// The texel has the normal of the carrier, (0, 0, 1) in tangent space, because it belongs to no triangle alone.
+    Flat,
+}
+
 /// A normal map with 8 bits a channel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NormalMap {
@@ -48,7 +57,7 @@ pub fn bake(
     layout: TextureLayout,
     frames: TangentFrames,
     denoised: Vec<DVec3>,
-    convention: Convention,
+    (convention, shared): (Convention, SharedTexels),
     progress: &dyn Progress,
 ) -> Result<NormalMap, Cancelled> {
     progress.stage("normal map");
@@ -56,6 +65,7 @@ pub fn bake(
     let targets = normals::vertex_normals(&surface.at(denoised), FaceWeight::Angle);
     let mut texels = per_texel(coverage.size(), Vec3::ZERO, progress, || {
         |column, row| match coverage.owner(column, row) {
+            Some(_) if shared == SharedTexels::Flat && coverage.is_shared(column, row) => Vec3::Z,
             Some(owner) => frames.express(surface, &targets, coverage.weights(owner, column, row)),
             None => Vec3::ZERO,
         }

@@ -23,6 +23,8 @@ pub struct Coverage {
     /// Corners of each triangle in texel space; `None` for a triangle without texture coordinates. #T
     triangles: Vec<Option<[DVec2; 3]>>,
     owners: Vec<Index>,
+    /// True for texels that lie in several triangles. One entry a texel
+    shared: Vec<bool>,
     overlaps: usize,
 }
 
@@ -51,22 +53,25 @@ impl Coverage {
         });
         let by_band = Ragged::group(bands, in_bands);
         let mut owners = vec![Self::NOBODY; size.texels()];
+        let mut shared = vec![false; size.texels()];
         let parts = Parts::new(progress, bands);
+        let band_texels = size.width as usize * BAND;
         let overlaps = owners
-            .par_chunks_mut(size.width as usize * BAND)
+            .par_chunks_mut(band_texels)
+            .zip(shared.par_chunks_mut(band_texels))
             .enumerate()
-            .map(|(band, owners)| {
+            .map(|(band, (owners, shared))| {
                 parts.run(|| {
                     let members = by_band.get(band as Index);
                     let drawn = members.iter().map(|&i| match &triangles[i as usize] {
-                        Some(t) => draw(t, i, band * BAND, owners, size),
+                        Some(t) => draw(t, i, band * BAND, (owners, shared), size),
                         None => 0,
                     });
                     drawn.sum::<usize>()
                 })
             })
             .sum::<Result<usize, Cancelled>>()?;
-        Ok(Self { size, triangles, owners, overlaps })
+        Ok(Self { size, triangles, owners, shared, overlaps })
     }
 
     /// Size of the image.
@@ -77,6 +82,10 @@ impl Coverage {
     pub fn owner(&self, column: usize, row: usize) -> Option<Index> {
         let owner = self.owners[row * self.size.width as usize + column];
         (owner != Self::NOBODY).then_some(owner)
+    }
+    /// Returns true if a texel lies in several triangles, of which the first owns it.
+    pub fn is_shared(&self, column: usize, row: usize) -> bool {
+        self.shared[row * self.size.width as usize + column]
     }
     /// A triangle with the barycentric coordinates of a texel's centre in it.
     pub fn weights(&self, triangle: Index, column: usize, row: usize) -> (Index, DVec3) {
@@ -105,6 +114,10 @@ impl Coverage {
     /// Number of times that a texel's centre lay in a further triangle besides the first.
     pub fn overlaps(&self) -> usize {
         self.overlaps
+    }
+    /// Number of texels that lie in several triangles.
+    pub fn shared(&self) -> usize {
+        self.shared.iter().filter(|shared| **shared).count()
     }
     /// Fraction of the texels that lie in charts, 0..=1.
     pub fn covered_fraction(&self) -> f64 {
@@ -152,7 +165,13 @@ fn columns_of([a, b, c]: [DVec2; 3], row: usize, size: Size) -> std::ops::Range<
 const FAR: f64 = 1e6;
 
 /// Assigns the free texels of a band to a triangle and returns the number of its texels that were taken already.
-fn draw(t: &[DVec2; 3], index: Index, first_row: usize, owners: &mut [Index], size: Size) -> usize {
+fn draw(
+    t: &[DVec2; 3],
+    index: Index,
+    first_row: usize,
+    (owners, shared): (&mut [Index], &mut [bool]),
+    size: Size,
+) -> usize {
     let side = |a: DVec2, b: DVec2, p: DVec2| orient2d(coord(a), coord(b), coord(p));
     let [a, mut b, mut c] = *t;
     let orientation = side(a, b, c);
@@ -179,10 +198,11 @@ fn draw(t: &[DVec2; 3], index: Index, first_row: usize, owners: &mut [Index], si
     for row in rows.start.max(first_row)..rows.end.min(first_row + band_rows) {
         for column in columns_of([a, b, c], row, size) {
             if inside(DVec2::new(column as f64, row as f64) + 0.5) {
-                let owner = &mut owners[(row - first_row) * size.width as usize + column];
-                if *owner == Coverage::NOBODY {
-                    *owner = index;
+                let texel = (row - first_row) * size.width as usize + column;
+                if owners[texel] == Coverage::NOBODY {
+                    owners[texel] = index;
                 } else {
+                    shared[texel] = true;
                     taken += 1;
                 }
             }
@@ -270,6 +290,7 @@ mod tests {
         let t = [[0.0, 0.0], [4.0, 0.0], [0.0, 4.0]];
         let found = coverage(&[t, t], 4);
         assert_eq!(owned(&found, 0).len(), found.overlaps());
+        assert!((0..16).all(|i| found.is_shared(i % 4, i / 4) == found.owner(i % 4, i / 4).is_some()));
         assert!(owned(&found, 1).is_empty());
     }
 

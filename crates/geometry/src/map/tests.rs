@@ -1,5 +1,5 @@
 use super::*;
-use crate::map::normal_map::{Convention, TangentFrames};
+use crate::map::normal_map::{Convention, SharedTexels, TangentFrames};
 use crate::mesh::normals::{FaceWeight, vertex_normals};
 use crate::mesh::shapes;
 use crate::progress::Silent;
@@ -129,7 +129,9 @@ fn a_normal_map_gives_back_the_normals_it_was_made_of() {
     let tangents = tangents::tangents(&wavy, &atlas, &normals);
     let layout = TextureLayout { surface: &wavy, atlas: &atlas, coverage: &coverage };
     let frames = TangentFrames { normals: &normals, tangents: &tangents };
-    let bake = |convention| normal_map::bake(layout, frames, flat.clone(), convention, &Silent).unwrap();
+    let bake = |convention| {
+        normal_map::bake(layout, frames, flat.clone(), (convention, SharedTexels::First), &Silent).unwrap()
+    };
     let (gl, dx) = (bake(Convention::OpenGl), bake(Convention::DirectX));
     for i in 0..32 * 32 {
         let (column, row) = (i % 32, i / 32);

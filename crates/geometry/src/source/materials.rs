@@ -1,5 +1,9 @@
 //! Material libraries: reading their materials, and adding the maps to those of a carrier.
 
+mod spelling;
+
+pub use spelling::usual_spelling;
+
 use crate::source::MeshData;
 use rustc_hash::FxHashSet;
 
@@ -93,7 +97,26 @@ pub fn file_name(arguments: &str) -> &str {
 
 /// Returns true if a statement names a texture file.
 fn names_texture(keyword: &str) -> bool {
-    keyword.starts_with("map_") || matches!(keyword, "disp" | "norm" | "bump" | "decal" | "refl")
+    is_texture_keyword(keyword.as_bytes())
+}
+
+fn is_texture_keyword(keyword: &[u8]) -> bool {
+    keyword.starts_with(b"map_") || matches!(keyword, b"disp" | b"norm" | b"bump" | b"decal" | b"refl")
+}
+
+/// Returns true if a statement is left out of the library of a carrier, which has maps of its own.
+fn is_replaced(keyword: &str) -> bool {
+    matches!(keyword, "disp" | "norm" | "bump" | "map_bump" | "map_Bump")
+}
+
+/// Finds the files of the bump, normal and displacement maps that a library names, which the library of a carrier has no more.
+pub fn replaced_maps(library: &[u8]) -> Vec<String> {
+    let text = String::from_utf8_lossy(library);
+    let statement = |line: &str| {
+        let (keyword, arguments) = line.trim().split_once(char::is_whitespace)?;
+        is_replaced(keyword).then(|| file_name(arguments).to_owned())
+    };
+    text.lines().filter_map(statement).collect()
 }
 
 /// Finds the files of all textures that a library names.
@@ -124,36 +147,8 @@ fn keyword(line: &[u8]) -> &[u8] {
 
 /// Returns true if a statement belongs to the format, with its extensions for physically based shading, or is a comment.
 fn is_statement(keyword: &str) -> bool {
-    const KNOWN: &[&str] = &[
-        "newmtl",
-        "Ka",
-        "Kd",
-        "Ks",
-        "Ke",
-        "Km",
-        "Tf",
-        "Ns",
-        "Ni",
-        "d",
-        "Tr",
-        "illum",
-        "sharpness",
-        "aniso",
-        "anisor",
-        "Pr",
-        "Pm",
-        "Ps",
-        "Pc",
-        "Pcr",
-        "bump",
-        "disp",
-        "decal",
-        "refl",
-        "norm",
-        "",
-    ];
-    // Some exporters write keywords in lower case.
-    keyword.starts_with('#') || names_texture(keyword) || KNOWN.iter().any(|known| known.eq_ignore_ascii_case(keyword))
+    let is_known = spelling::KEYWORDS.iter().any(|known| known.eq_ignore_ascii_case(keyword));
+    keyword.is_empty() || keyword.starts_with('#') || names_texture(keyword) || is_known
 }
 
 /// Statements that refer to the baked maps in the materials of a carrier.
@@ -177,7 +172,7 @@ pub struct DisplacementStatement<'a> {
 }
 
 /// Names of the materials that libraries define.
-fn defined(libraries: &[Vec<u8>]) -> FxHashSet<&[u8]> {
+pub fn defined<'a>(libraries: &[&'a [u8]]) -> FxHashSet<&'a [u8]> {
     let statements = libraries.iter().flat_map(|library| lines(library)).filter(|line| keyword(line) == b"newmtl");
     statements.map(|line| line[b"newmtl".len()..].trim_ascii()).collect()
 }
@@ -206,7 +201,7 @@ pub fn carrier_library(
             let text = String::from_utf8_lossy(line);
             let mut words = text.split_whitespace();
             match words.next().unwrap_or("") {
-                "disp" | "norm" | "bump" | "map_bump" | "map_Bump" => continue,
+                keyword if is_replaced(keyword) => continue,
                 // A library may be a file that was never meant to be one, with a `newmtl` somewhere.
                 keyword if !is_statement(keyword) => continue,
                 "newmtl" => {
@@ -227,7 +222,7 @@ pub fn carrier_library(
             }
         }
     }
-    let defined = defined(libraries);
+    let defined = defined(&libraries.iter().map(Vec::as_slice).collect::<Vec<_>>());
     // Clients displace by a material only, so each face needs one, even if its library is missing.
     let missing = mesh.materials().iter().map(Vec::as_slice).filter(|name| !defined.contains(*name));
     let unnamed = mesh.has_faces_without_material().then_some(CARRIER_MATERIAL.as_bytes());

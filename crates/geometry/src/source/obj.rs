@@ -3,6 +3,7 @@
 //! The reader keeps the bytes of the file beside its numbers. The writers ([`Obj::with_positions`], [`Obj::carrier`]) walk
 //! over the statements again and replace the tokens that changed, nothing else. Meshes from other sources are printed anew.
 
+mod groups;
 mod parse;
 mod print;
 mod rewrite;
@@ -14,6 +15,7 @@ use crate::source::format::Format;
 use crate::source::mesh_file::MeshFile;
 use glam::DVec3;
 
+pub use groups::NoSuchGroup;
 pub use parse::{ObjError, ObjErrorKind};
 pub(crate) use print::{print, print_carrier};
 

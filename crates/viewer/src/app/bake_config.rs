@@ -4,7 +4,7 @@ use planish_files::bake_files::{self, Job};
 use planish_files::failure::Failure;
 use planish_files::input;
 use planish_geometry::bake::{BakeSettings, BakeTarget, Carriers, Lambda, LargestSide, LayoutChoice, Quanta};
-use planish_geometry::denoise::limits::{Limits, Mask, Volume};
+use planish_geometry::denoise::limits::{Direction, Limits, Mask, Volume, WeightMask};
 use planish_geometry::denoise::{Denoiser, Denoising, NormalField};
 use planish_geometry::map::displacement::{MapKind, TexelFormat};
 use planish_geometry::map::manifest::{Layout, Manifest, Method, UvSource};
@@ -39,6 +39,10 @@ pub struct LimitOptions {
     pub max_displacement: Option<f64>,
     /// Whether the enclosed volume is restored.
     pub preserve_volume: bool,
+    /// How far each vertex may go, as a manifest says.
+    pub weights: Option<WeightMask>,
+    /// Direction along which vertices move, as a manifest says.
+    pub direction: Option<Direction>,
 }
 
 impl LimitOptions {
@@ -50,6 +54,8 @@ impl LimitOptions {
             lines: if boundary { Mask::default() } else { limits.fixed.clone() },
             max_displacement: limits.max_displacement,
             preserve_volume: limits.volume == Volume::Preserve,
+            weights: limits.mask.clone(),
+            direction: limits.direction,
         }
     }
 
@@ -62,7 +68,8 @@ impl LimitOptions {
             fixed = fixed.and(input::mask(path, v_lines)?);
         }
         let volume = if self.preserve_volume { Volume::Preserve } else { Volume::Free };
-        Ok(Limits { fixed, max_displacement: self.max_displacement, volume })
+        let (mask, direction) = (self.weights.clone(), self.direction);
+        Ok(Limits { fixed, max_displacement: self.max_displacement, volume, mask, direction })
     }
 }
 
@@ -91,7 +98,8 @@ impl BakeConfig {
             map: map.map,
             layout: match (map.layout, map.uvs) {
                 (Layout::Vertex, _) => LayoutChoice::Vertex,
-                (Layout::Uv, UvSource::Mesh) => LayoutChoice::Uv,
+                (Layout::Uv, UvSource::Mesh) if manifest.private_texels.is_empty() => LayoutChoice::Uv,
+                (Layout::Uv, UvSource::Mesh) => LayoutChoice::Auto,
                 (Layout::Uv, UvSource::Unwrapped) => LayoutChoice::Unwrap,
             },
             side: Some(map.width).filter(|_| is_given && map.layout == Layout::Uv),
@@ -155,6 +163,12 @@ impl BakeConfig {
         }
         if let Some(d) = self.limits.max_displacement {
             add("max-displacement", d.to_string());
+        }
+        if let Some(weights) = &self.limits.weights {
+            add("mask", weights.from.clone());
+        }
+        if let Some(direction) = self.limits.direction {
+            add("direction", direction.to_string());
         }
     }
 

@@ -4,6 +4,7 @@ use super::document::Kind;
 use super::*;
 use planish_geometry::denoise::Denoiser;
 use planish_geometry::mesh::shapes;
+use planish_geometry::source::format::Format;
 use std::fs;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
@@ -195,6 +196,21 @@ fn bad_files_are_named_and_what_is_open_stays() {
         assert!(bench.app.is_baked(), "{name}");
     }
     assert_eq!(document::kind(Path::new("a.PNG")), Some(Kind::Picture));
+}
+
+#[test]
+fn meshes_of_all_formats_can_be_dropped_and_chosen() {
+    for format in Format::ALL {
+        for ending in ["", ".gz", ".xz", ".GZ"] {
+            for name in [format.name().to_owned(), format.name().to_uppercase()] {
+                let path = format!("a scan.{name}{ending}");
+                assert_eq!(document::kind(Path::new(&path)), Some(Kind::Mesh), "{path}");
+            }
+        }
+    }
+    for path in ["a.gz", "a.png.gz", "obj", "a.txt"] {
+        assert_eq!(document::kind(Path::new(path)), None, "{path}");
+    }
 }
 
 #[test]

@@ -4,18 +4,19 @@ use super::texture;
 use crate::image_file;
 use planish_files::failure::Failure;
 use planish_files::input::{self, LARGEST_PICTURE, NamedFile, Trust};
+use planish_files::named_path;
 use planish_geometry::source::Source;
 use planish_geometry::source::materials::{self, Material};
 use planish_geometry::source::model::Model;
 use planish_render::texture::{Content, Texture, Textures};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Each triangle gets the texture of its face's material. What cannot be read is left out, with a word about it: the mesh
 /// can be seen without.
 pub(super) fn textures(mesh: &Path, model: &Model, trust: Trust, warnings: &mut Vec<String>) -> Textures {
     let known = materials(mesh, model.source(), trust, warnings);
     let read = |file: &str| {
-        let path = sibling(mesh, file);
+        let path = named_path::find(input::folder_of(mesh), file, trust).path;
         let named = NamedFile { path: &path, folder: input::folder_of(mesh), trust, largest: LARGEST_PICTURE };
         let embedded = model.source().file().and_then(|source| source.embedded_texture(file));
         let bytes = embedded.map_or_else(|| named.read(), Ok)?;
@@ -63,9 +64,4 @@ fn materials(mesh: &Path, source: &Source, trust: Trust, warnings: &mut Vec<Stri
     }
     warnings.extend(input::summary(problems));
     all
-}
-
-/// Windows' backslashes are read everywhere.
-fn sibling(mesh: &Path, name: &str) -> PathBuf {
-    mesh.with_file_name(name.replace('\\', "/"))
 }

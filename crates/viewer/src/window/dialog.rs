@@ -168,3 +168,30 @@ fn entries(folder: &Path, purpose: Purpose) -> Vec<Entry> {
     all.sort_by(|a, b| (!a.is_folder, &a.name).cmp(&(!b.is_folder, &b.name)));
     all
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use planish_geometry::source::format::Format;
+
+    #[test]
+    fn the_dialog_lists_meshes_of_all_formats() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut meshes: Vec<String> = Format::ALL.iter().map(|format| format!("a.{}", format.name())).collect();
+        meshes.push("B.PLY.gz".to_owned());
+        meshes.sort();
+        for name in
+            meshes.iter().map(String::as_str).chain(["notes.txt", "skin.png", "a.displacement.png", "a.planish.json"])
+        {
+            std::fs::write(folder.path().join(name), "").unwrap();
+        }
+        let listed = |purpose| -> Vec<String> {
+            entries(folder.path(), Purpose::Open(purpose)).into_iter().map(|entry| entry.name).collect()
+        };
+        assert_eq!(listed(FilePurpose::Clean), meshes);
+        let mut all = [meshes.clone(), vec!["a.displacement.png".to_owned(), "a.planish.json".to_owned()]].concat();
+        all.sort();
+        assert_eq!(listed(FilePurpose::Open), all);
+        assert!(listed(FilePurpose::Mask).contains(&"notes.txt".to_owned()));
+    }
+}

@@ -40,8 +40,11 @@ pub enum ObjErrorKind {
     /// The file has no `f` statement.
     #[error("no faces: there is no `f` statement, and planish works on surfaces")]
     NoFaces,
+    /// The file has the byte order mark of UTF-16.
+    #[error("this is UTF-16 text: save it as UTF-8")]
+    Utf16,
     /// The token should be a number.
-    #[error("`{0}` is not a number")]
+    #[error("`{0}` is not a number{hint}", hint = comma_hint(.0))]
     NotANumber(String),
     /// The coordinate is NaN or infinite.
     #[error("coordinate `{0}` is not finite")]
@@ -73,6 +76,12 @@ pub enum ObjErrorKind {
     /// The file has more vertices or corners than 32 bits can count.
     #[error("more than 2^32 − 2 elements")]
     TooLarge,
+}
+
+/// Advice for a number with a decimal comma.
+fn comma_hint(token: &str) -> &'static str {
+    let is_number = token.replacen(',', ".", 1).parse::<f64>().is_ok();
+    if token.contains(',') && is_number { ": it has a decimal comma, and OBJ needs a point" } else { "" }
 }
 
 /// Number of bytes at the start of a file that are searched for a NUL, the sign of a binary file.
@@ -143,6 +152,9 @@ pub(super) fn parse(bytes: Vec<u8>) -> Result<Obj, ObjError> {
     }
     // Only what cannot be read is called binary: a writer may move a NUL of a comment to the start of the file.
     let read = read(&bytes).map_err(|e| {
+        if matches!(bytes[..], [0xff, 0xfe, ..] | [0xfe, 0xff, ..]) {
+            return whole(ObjErrorKind::Utf16);
+        }
         let zero = memchr::memchr(0, &bytes[..bytes.len().min(SNIFFED)]);
         zero.map_or(e, |offset| whole(ObjErrorKind::Binary { offset }))
     });

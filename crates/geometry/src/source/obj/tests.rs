@@ -439,9 +439,21 @@ mod errors {
     }
 
     #[test]
+    fn decimal_commas_are_told() {
+        let text = |obj: &str| Obj::parse(obj.as_bytes().to_vec()).unwrap_err().to_string();
+        assert_eq!(
+            text("v -0,5 1 2\n"),
+            "line 1: `-0,5` is not a number: it has a decimal comma, and OBJ needs a point"
+        );
+        assert_eq!(text("v 1,2,3 1 2\n"), "line 1: `1,2,3` is not a number");
+    }
+
+    #[test]
     fn a_binary_file() {
         assert_eq!(error(b"glTF\x02\0\0\0"), (None, Binary { offset: 5 }));
         let utf_16: Vec<u8> = "v 0 0 0\n".encode_utf16().flat_map(u16::to_le_bytes).collect();
+        assert_eq!(error([&b"\xff\xfe"[..], &utf_16].concat()), (None, Utf16));
+        assert_eq!(error(b"\xfe\xff\0v\0 \0a"), (None, Utf16));
         assert_eq!(error(utf_16), (None, Binary { offset: 1 }));
     }
 
