@@ -11,6 +11,7 @@ pub mod layout_issues;
 pub mod manifest;
 pub mod map_size;
 pub mod normal_map;
+pub mod occlusion;
 pub mod per_vertex;
 pub mod tangents;
 
@@ -27,7 +28,7 @@ use crate::mesh::jagged::Index;
 use crate::mesh::surface::Surface;
 use crate::named;
 use crate::progress::{Cancelled, Parts, Progress};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use scattered_interpolation::ScatteredInterpolation;
 
@@ -147,6 +148,24 @@ pub fn fit(
         }));
     }
     fit::fit(&mut map.texels, map.size, &samples, exactness, progress)
+}
+
+/// Interpolates numbers (#V, 0..=1) over the triangles of a surface; texels outside the charts are filled from their surroundings.
+/// Row by row from the top
+pub fn interpolate_greys(
+    layout: TextureLayout,
+    numbers: &[f64],
+    progress: &dyn Progress,
+) -> Result<Vec<f32>, Cancelled> {
+    let TextureLayout { surface, coverage, .. } = layout;
+    let mut texels = per_texel(coverage.size(), Vec3::ZERO, progress, || {
+        |column, row| match coverage.owner(column, row) {
+            Some(owner) => Vec3::splat(in_triangle(surface, numbers, coverage.weights(owner, column, row)) as f32),
+            None => Vec3::ZERO,
+        }
+    })?;
+    gutter::pull_push(&mut texels, coverage);
+    Ok(texels.into_iter().map(|t| t.x.clamp(0.0, 1.0)).collect())
 }
 
 /// Interpolated height at barycentric coordinates of a triangle; rounding never takes it outside the heights at the corners.

@@ -7,9 +7,10 @@ use crate::failure::Failure;
 use crate::output::Folder;
 use planish_files::bake_files::{self, Job};
 use planish_files::text;
-use planish_geometry::bake::{self, BakeSettings, Carriers, Lambda, LargestSide, LayoutChoice, Quanta};
+use planish_geometry::bake::{self, BakeSettings, Carriers, CurvatureMap, Lambda, LargestSide, LayoutChoice, Quanta};
 use planish_geometry::map::displacement::{FileFormat, MapKind, TexelFormat};
-use planish_geometry::map::manifest::{Manifest, UvSource};
+use planish_geometry::map::manifest::{Layout, Manifest, ShadingMapEntry, UvSource};
+use planish_geometry::map::occlusion::Occlusion;
 use planish_geometry::progress::Progress as _;
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -54,6 +55,8 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
         texel,
         convention: args.normal_convention,
         carriers: if args.no_glb { Carriers::Obj } else { Carriers::ObjAndGlb },
+        occlusion: args.ao.then_some(Occlusion { rays: args.ao_rays, distance: args.ao_distance }),
+        curvature: if args.curvature { CurvatureMap::Mean } else { CurvatureMap::None },
     };
     let baked = job.run(&settings, console)?;
     console.stage("writing");
@@ -158,10 +161,26 @@ fn text(baked: &Wrote) -> String {
     for (head, text) in layout_text(m) {
         line(head, text);
     }
+    if let Some(occlusion) = &m.occlusion {
+        let reach = occlusion.distance.map_or("any length".to_owned(), |d| format!("at most {}", measure(d)));
+        line("occlusion", format!("{}, {} of {reach}", shading(&occlusion.map), count(occlusion.rays as usize, "ray", "rays")));
+    }
+    if let Some(curvature) = &m.curvature {
+        line("curvature", format!("{}, white is {} per model unit", shading(&curvature.map), measure(curvature.range)));
+    }
     for file in &baked.files {
         line("wrote", one_line(file));
     }
     out
+}
+
+/// Describes the layout of a map of shading.
+fn shading(map: &ShadingMapEntry) -> String {
+    let layout = match map.layout {
+        Layout::Uv => "in the texture coordinates",
+        Layout::Vertex => "one texel for each vertex",
+    };
+    format!("{} × {}, {layout}", map.width, map.height)
 }
 
 /// Formats the lines about seams and layout.

@@ -111,6 +111,8 @@ fn lights(ui: &mut Ui, view: &mut Settings, ui_state: &mut UiState) {
         }
     }
     ui.add(egui::Slider::new(&mut view.ambient.intensity, 0.0..=1.0).text("ambient"));
+    ui.add(egui::Slider::new(&mut view.ambient.occlusion, 0.0..=1.0).text("occlusion"))
+        .on_hover_text("how much a baked map of ambient occlusion takes off the ambient light");
 }
 
 fn shadows(ui: &mut Ui, view: &mut Settings) {
