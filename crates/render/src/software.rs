@@ -100,7 +100,19 @@ impl<'a> Picture<'a> {
             .collect();
         let shader = Shader::new(scene, settings, &view, aspect, &positions);
         let ground = Disc::new(scene, settings, &view);
-        Self { scene, mesh, settings, shader, ground, grid, positions, vertex_normals, heights, clip_positions, triangles }
+        Self {
+            scene,
+            mesh,
+            settings,
+            shader,
+            ground,
+            grid,
+            positions,
+            vertex_normals,
+            heights,
+            clip_positions,
+            triangles,
+        }
     }
 
     /// Number of samples along a side of a pixel.

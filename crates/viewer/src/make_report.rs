@@ -10,7 +10,7 @@ use planish_files::input;
 use planish_files::output::Output;
 use planish_files::terminal::{Bar, Terminal};
 use planish_files::text::shown;
-use planish_geometry::map::displacement::{MapKind, Weights};
+use planish_geometry::map::displacement::MapKind;
 use planish_geometry::map::manifest::Manifest;
 use planish_geometry::metrics::Triangles;
 use planish_geometry::metrics::colormap::Colormap;
@@ -42,11 +42,10 @@ pub(crate) fn write(args: &Args, output: &Path, mut settings: Settings) -> Resul
     }
     let mut subject = Subject { args, scene, settings, terminal: &terminal };
     terminal.stage("drawing");
-    let moves = moves(&subject.scene);
-    let sizes: Vec<f32> = moves.iter().map(|height| height.abs()).collect();
+    let moves = report::moves(&subject.scene);
     let mut report = Report {
         name: mesh.file_name().unwrap_or_default().to_string_lossy().into_owned(),
-        summary: report::summary(&map.manifest, &sizes),
+        summary: report::summary_of(&subject.scene, &map.manifest),
         before: capture::png(&subject.before()?)?,
         after: capture::png(&subject.draw(&subject.settings)?)?,
         figures: report::figures(&map.manifest),
@@ -89,8 +88,7 @@ impl Subject<'_> {
 
     /// Draws the heights of the map on the mesh as it is.
     fn heights(&self) -> Result<HeatMap, Failure> {
-        let settings =
-            Settings { shading: Shading::Height, displace: self.no_displacement(), ..self.settings.clone() };
+        let settings = Settings { shading: Shading::Height, displace: self.no_displacement(), ..self.settings.clone() };
         Ok(HeatMap {
             title: "Height of the noise".to_owned(),
             caption: "How far the noise lifted each vertex, or pushed it in, in units of the model.".to_owned(),
@@ -125,17 +123,6 @@ impl Subject<'_> {
         }
         Ok(())
     }
-}
-
-/// Height of each vertex in the map, or the length of its displacement, model units. #v
-fn moves(scene: &Scene) -> Vec<f32> {
-    let Some(binding) = &scene.displacement else { return Vec::new() };
-    let map = &binding.map;
-    let at = |sample| match map.kind() {
-        MapKind::Scalar => map.height_at(sample, Weights::Exact),
-        MapKind::VectorObject | MapKind::VectorTangent => map.vector_at(sample, Weights::Exact).length(),
-    };
-    binding.vertices.iter().map(|v| v.sample_at.map_or(0.0, at)).collect()
 }
 
 /// Angle by which each triangle turns, degrees; only for those with an area. #T or fewer

@@ -9,7 +9,9 @@ use base64::engine::general_purpose::STANDARD;
 use planish_files::text::{self, measure};
 use planish_geometry::denoise::Kind;
 use planish_geometry::denoise::auto::DenoiseChoice;
+use planish_geometry::map::displacement::{MapKind, Weights};
 use planish_geometry::map::manifest::Manifest;
+use planish_render::scene::Scene;
 use std::fmt::Write as _;
 
 /// Content of a report. Texts are plain: they are escaped where they get into the page.
@@ -44,9 +46,25 @@ pub struct HeatMap {
     pub picture: Vec<u8>,
 }
 
-/// Sentences about what was found in a mesh and what its map does, for people who know nothing of denoising. `moves` are the
-/// distances by which the vertices move at λ = 1, model units.
-pub fn summary(manifest: &Manifest, moves: &[f32]) -> String {
+/// Height of each vertex in the map of a scene, or the length of its displacement, model units; nothing without a map. #V
+pub fn moves(scene: &Scene) -> Vec<f32> {
+    let Some(binding) = &scene.displacement else { return Vec::new() };
+    let map = &binding.map;
+    let at = |sample| match map.kind() {
+        MapKind::Scalar => map.height_at(sample, Weights::Exact),
+        MapKind::VectorObject | MapKind::VectorTangent => map.vector_at(sample, Weights::Exact).length(),
+    };
+    binding.vertices.iter().map(|v| v.sample_at.map_or(0.0, at)).collect()
+}
+
+/// Sentences about what was found in a mesh and what its map, on the scene, does, for people who know nothing of denoising.
+pub fn summary_of(scene: &Scene, manifest: &Manifest) -> String {
+    let sizes: Vec<f32> = moves(scene).into_iter().map(f32::abs).collect();
+    summary(manifest, &sizes)
+}
+
+/// Sentences about a map that moves the vertices by these distances at λ = 1, model units.
+fn summary(manifest: &Manifest, moves: &[f32]) -> String {
     let found = match &manifest.choice {
         Some(choice) => found(choice),
         None => format!("The method {} was used with its settings.", manifest.method.name()),

@@ -106,7 +106,12 @@ fn picture(args: &Args, output: &Path, settings: Settings) -> Result<(), Failure
     output::write_all(files)
 }
 
-pub(crate) fn draw(scene: &Scene, settings: &Settings, backend: Backend, terminal: &Terminal) -> Result<RgbaImage, Failure> {
+pub(crate) fn draw(
+    scene: &Scene,
+    settings: &Settings,
+    backend: Backend,
+    terminal: &Terminal,
+) -> Result<RgbaImage, Failure> {
     let renderer = match backend {
         Backend::Software => None,
         _ => match Gpu::open(backend) {

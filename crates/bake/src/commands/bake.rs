@@ -163,7 +163,10 @@ fn text(baked: &Wrote) -> String {
     }
     if let Some(occlusion) = &m.occlusion {
         let reach = occlusion.distance.map_or("any length".to_owned(), |d| format!("at most {}", measure(d)));
-        line("occlusion", format!("{}, {} of {reach}", shading(&occlusion.map), count(occlusion.rays as usize, "ray", "rays")));
+        line(
+            "occlusion",
+            format!("{}, {} of {reach}", shading(&occlusion.map), count(occlusion.rays as usize, "ray", "rays")),
+        );
     }
     if let Some(curvature) = &m.curvature {
         line("curvature", format!("{}, white is {} per model unit", shading(&curvature.map), measure(curvature.range)));

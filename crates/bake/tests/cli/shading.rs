@@ -11,7 +11,8 @@ fn shading_is_baked_beside_the_map_and_checked_with_it() {
     let folder = Folder::with("in.obj", Mesh::sphere(6).noisy(0.05).obj());
     let printed = folder.succeeds_with_json(&format!("{BAKE} -o out --ao --ao-rays 8 --ao-distance 0.5 --curvature"));
     let manifest = folder.json("out/in.planish.json");
-    let occlusion = json!({ "file": "in.occlusion.png", "layout": "uv", "width": 64, "height": 64, "rays": 8, "distance": 0.5 });
+    let occlusion =
+        json!({ "file": "in.occlusion.png", "layout": "uv", "width": 64, "height": 64, "rays": 8, "distance": 0.5 });
     assert_eq!(manifest["occlusion"], occlusion);
     assert_eq!(manifest["curvature"]["file"], "in.curvature.png");
     let files = printed["files"].as_array().unwrap();

@@ -150,7 +150,9 @@ fn maps_of_shading_are_in_the_manifest_and_in_the_gltf_file() {
             for material in glb["materials"].as_array().unwrap() {
                 let described = &material["extras"]["planish"][field];
                 assert_eq!(described["file"], map.file);
-                let image = &glb["images"][glb["textures"][described["texture"].as_u64().unwrap() as usize]["source"].as_u64().unwrap() as usize];
+                let image = &glb["images"][glb["textures"][described["texture"].as_u64().unwrap() as usize]["source"]
+                    .as_u64()
+                    .unwrap() as usize];
                 assert_eq!(image["name"], map.file);
                 let attached = &material["occlusionTexture"]["index"];
                 let is_attached = field == "occlusion" && layout == Layout::Uv;

@@ -21,8 +21,8 @@ use std::fmt;
 mod clients;
 mod shading;
 
-pub use shading::{CurvatureEntry, OcclusionEntry, ShadingMapEntry};
 pub use clients::{Blender, BlenderDirection, CentreMagnitude, Clients, MinMax, Mtl, ThreeJs};
+pub use shading::{CurvatureEntry, OcclusionEntry, ShadingMapEntry};
 
 /// Version of the format that this crate reads and writes.
 pub const VERSION: u64 = 1;
@@ -473,7 +473,12 @@ impl Manifest {
         let normal_map = self.normal_map.as_ref().map(|map| map.file.as_str());
         let shading = self.shading_maps().map(|(_, map)| map.file.as_str());
         let carrier = [Some(self.carrier.obj.as_str()), Some(self.carrier.mtl.as_str()), self.carrier.glb.as_deref()];
-        [Some(self.displacement.file.as_str()), normal_map].into_iter().flatten().chain(shading).chain(carrier.into_iter().flatten()).collect()
+        [Some(self.displacement.file.as_str()), normal_map]
+            .into_iter()
+            .flatten()
+            .chain(shading)
+            .chain(carrier.into_iter().flatten())
+            .collect()
     }
 
     /// Maps of shading, with the names of their fields.
@@ -576,7 +581,15 @@ pub fn named_files(bytes: &[u8]) -> Option<Vec<FileEntry>> {
     let text = |pointer: &str| value.pointer(pointer).and_then(serde_json::Value::as_str).map(str::to_owned);
     let mut files: Vec<FileEntry> =
         value.get("files").and_then(|files| Vec::deserialize(files).ok()).unwrap_or_default();
-    let pointers = ["/displacement/file", "/normal_map/file", "/occlusion/file", "/curvature/file", "/carrier/obj", "/carrier/mtl", "/carrier/glb"];
+    let pointers = [
+        "/displacement/file",
+        "/normal_map/file",
+        "/occlusion/file",
+        "/curvature/file",
+        "/carrier/obj",
+        "/carrier/mtl",
+        "/carrier/glb",
+    ];
     for file in pointers.into_iter().filter_map(text) {
         if files.iter().all(|known| known.file != file) {
             files.push(FileEntry { file, sha256: String::new() });

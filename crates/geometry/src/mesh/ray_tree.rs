@@ -32,7 +32,8 @@ impl RayTree {
     pub(crate) fn new(surface: &Surface) -> Self {
         let [low, high] = surface.bounds();
         let half = (high - low).max_element() / 2.0;
-        let (centre, scale) = if half > 0.0 && half.is_finite() { ((low + high) / 2.0, 1.0 / half) } else { (low, 1.0) };
+        let (centre, scale) =
+            if half > 0.0 && half.is_finite() { ((low + high) / 2.0, 1.0 / half) } else { (low, 1.0) };
         let in_box = |v| Vec3A::from(((surface.positions()[v as usize] - centre) * scale).as_vec3());
         let all: Vec<Triangle> = surface
             .triangles()

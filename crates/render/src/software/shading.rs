@@ -94,7 +94,9 @@ impl<'a> Shader<'a> {
         let (position, open) = (fragment.position, fragment.open);
         let plain = self.settings.material.colour.linear();
         let colour = match self.settings.shading {
-            Shading::Flat | Shading::Phong | Shading::Bump | Shading::NormalMap => self.lit(plain, position, normal, open),
+            Shading::Flat | Shading::Phong | Shading::Bump | Shading::NormalMap => {
+                self.lit(plain, position, normal, open)
+            }
             Shading::Gouraud => fragment.lit,
             Shading::Texture => self.lit(self.textured(fragment), position, normal, open),
             Shading::Clay => self.clay(plain, normal),

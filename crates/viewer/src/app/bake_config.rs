@@ -3,7 +3,9 @@
 use planish_files::bake_files::{self, Job};
 use planish_files::failure::Failure;
 use planish_files::input;
-use planish_geometry::bake::{BakeSettings, BakeTarget, Carriers, CurvatureMap, Lambda, LargestSide, LayoutChoice, Quanta};
+use planish_geometry::bake::{
+    BakeSettings, BakeTarget, Carriers, CurvatureMap, Lambda, LargestSide, LayoutChoice, Quanta,
+};
 use planish_geometry::denoise::limits::{Limits, Mask, Volume};
 use planish_geometry::denoise::{Denoiser, Denoising, NormalField};
 use planish_geometry::map::displacement::{MapKind, TexelFormat};
@@ -298,8 +300,7 @@ mod tests {
         bake_config.settings.occlusion = Some(Occlusion { rays: 64, distance: Some(0.5) });
         bake_config.settings.curvature = CurvatureMap::Mean;
         let words = bake_config.command(Path::new("a.obj"), Path::new("a-planish"));
-        let expected =
-            "planish bake a.obj --method taubin --map vector --space tangent --format exr --bits 16 --ao-rays 64 --ao-distance 0.5 --ao --curvature --no-glb";
+        let expected = "planish bake a.obj --method taubin --map vector --space tangent --format exr --bits 16 --ao-rays 64 --ao-distance 0.5 --ao --curvature --no-glb";
         assert_eq!(words, expected);
     }
 }

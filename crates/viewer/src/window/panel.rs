@@ -31,6 +31,10 @@ fn all(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     buttons(ui, app, ui_state);
     ui.separator();
     lambda(ui, app, ui_state);
+    method::strength(ui, app, ui_state);
+    if let Some(map) = app.map() {
+        ui.label(&map.summary);
+    }
     view_settings::shading(ui, app, ui_state);
     section(ui, "Denoise", true, |ui| method::show(ui, app, ui_state));
     section(ui, "Compare", true, |ui| compare::show(ui, app, ui_state));

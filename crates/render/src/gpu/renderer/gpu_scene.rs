@@ -121,8 +121,7 @@ impl GpuScene {
         let heat_map = Colormap::ALL.iter().position(|map| *map == settings.heat.map).unwrap_or(0);
         let view = wgpu::BindingResource::TextureView;
         let sampler = wgpu::BindingResource::Sampler(samplers.of(settings.sampling));
-        let [normals, heat, occlusion] =
-            [&self.normal_map, &self.heat_maps[heat_map], &self.occlusion_map].map(view);
+        let [normals, heat, occlusion] = [&self.normal_map, &self.heat_maps[heat_map], &self.occlusion_map].map(view);
         let resources = [view(texture), sampler, normals, heat, occlusion];
         bind(device, &layouts.textures, &resources)
     }

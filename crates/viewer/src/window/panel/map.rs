@@ -135,8 +135,9 @@ fn settings(ui: &mut Ui, settings: &mut BakeSettings) {
     ui.add(egui::Slider::new(&mut settings.lambda.0, 0.0..=1.5).text("λ of the files"))
         .on_hover_text("for the normal map and the settings of other programs");
     let mut occlusion = settings.occlusion.is_some();
-    ui.checkbox(&mut occlusion, "ambient occlusion")
-        .on_hover_text("a picture of how much of the light from all around reaches each place of the denoised surface; takes a while");
+    ui.checkbox(&mut occlusion, "ambient occlusion").on_hover_text(
+        "a picture of how much of the light from all around reaches each place of the denoised surface; takes a while",
+    );
     settings.occlusion = occlusion.then(|| settings.occlusion.unwrap_or_default());
     let mut curvature = settings.curvature == CurvatureMap::Mean;
     ui.checkbox(&mut curvature, "curvature").on_hover_text("a picture of bulges, bright, and cavities, dark");
