@@ -17,7 +17,9 @@
 //! The mixture and the learned filter are then put together by a network of that filter (see `auto/with_learned.rs`), unless settings
 //! tell what the noise is or which candidates to take.
 
+mod assumed_noise;
 mod candidates;
+mod choice;
 mod evaluate;
 mod impulses;
 mod subsample;
@@ -25,25 +27,24 @@ mod sure;
 mod with_learned;
 
 pub use candidates::Candidate;
+pub use choice::{CandidateShare, DenoiseChoice};
 
 use super::bilaplacian::BoundaryConstraint;
 use super::connectivity::Connectivity;
 use super::laplacian::BOUNDARY;
 use super::map::{NOISE, NOISE_ACROSS, Problem};
 use super::method::{DenoiseMethod, MethodInfo};
-use super::noise_field::{NoiseField, Verdict};
-use super::noise_level::{self, Kind, NoiseEstimate, NoiseLevel};
+use super::noise_field::NoiseField;
+use super::noise_level::{self, Kind, NoiseEstimate};
 use super::parameters::{HUGE, Parameter};
 use super::vertex_update::MOTION;
 use super::{Boundary, Motion};
-use crate::mesh::jagged::Index;
-use crate::mesh::normals;
 use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};
+use assumed_noise::assumed_noise;
 use evaluate::{Evaluation, Mixture};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
-use std::fmt;
 use subsample::{PatchSizes, subsample};
 use with_learned::with_learned;
 
@@ -133,117 +134,6 @@ impl DenoiseMethod for Auto {
 
     fn motion_mut(&mut self) -> Option<&mut Motion> {
         Some(&mut self.motion)
-    }
-}
-
-/// Report of the automatic method: the noise it measured and the candidates it chose.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct DenoiseChoice {
-    /// Noise as measured on the mesh.
-    pub measured: NoiseLevel,
-    /// Kind of noise that was assumed.
-    pub kind: Kind,
-    /// Standard deviation σ of the noise that was assumed, the median over the noisy vertices, local edges; 0 where there is none.
-    pub sigma: f64,
-    /// Upper bound of the standard deviation in tangential directions that was assumed, local edges.
-    #[serde(default, rename = "across")]
-    pub tangential_sigma: f64,
-    /// Fraction of the vertices that are noisy, 0..=1.
-    #[serde(default)]
-    pub noisy: f64,
-    /// Fraction of the vertices in places where nothing can be measured, 0..=1: too few vertices have faces all around them.
-    #[serde(default)]
-    pub unmeasured: f64,
-    /// Fraction of the noisy vertices that have nearly all of the noise, 0..=1; 0 where all have about the same. `sigma` is that of
-    /// the others then.
-    #[serde(default)]
-    pub hit: f64,
-    /// Number of vertices that are spikes or craters beside their neighbours; they went to the surface of these.
-    #[serde(default)]
-    pub outliers: usize,
-    /// Number of vertices that stand for "no data", tens of edges away from all that is around them; they stay.
-    #[serde(default)]
-    pub no_data: usize,
-    /// Number of vertices that went as far as their noise can have pushed them.
-    #[serde(default)]
-    pub bounded: usize,
-    /// Candidates with their shares, which add up to 1; the largest share comes first.
-    pub candidates: Vec<CandidateShare>,
-}
-
-/// A candidate and its share of the result.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CandidateShare {
-    /// The candidate.
-    pub candidate: Candidate,
-    /// Share of the candidate in the result, 0..=1.
-    pub share: f64,
-    /// Estimated mean squared error of the normals beyond that of the best pair, square degrees; `None` where it was not
-    /// estimated.
-    #[serde(rename = "behind")]
-    pub risk_gap: Option<f64>,
-}
-
-impl CandidateShare {
-    fn all_of(candidate: Candidate) -> Self {
-        Self { candidate, share: 1.0, risk_gap: None }
-    }
-}
-
-impl fmt::Display for DenoiseChoice {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.kind {
-            Kind::None if self.unmeasured > 0.5 => {
-                write!(f, "noise that cannot be measured, since too few vertices have faces all around them")?;
-            }
-            Kind::None => write!(f, "no noise that could be told from the surface")?,
-            _ if self.hit > 0.0 => {
-                let percent = (100.0 * self.hit).max(1.0);
-                write!(
-                    f,
-                    "noise that hits {percent:.0} % of the vertices, and {:.3} local edges at the others",
-                    self.sigma
-                )?;
-            }
-            Kind::Independent => write!(f, "noise of {:.3} local edges", self.sigma)?,
-            Kind::Uneven => write!(f, "noise of about {:.3} local edges, uneven", self.sigma)?,
-            Kind::Correlated => write!(f, "noise alike between neighbours, of {:.3} local edges", self.sigma)?,
-        }
-        if self.noisy > 0.0 && self.noisy < 0.95 {
-            write!(f, " on {:.0} % of the surface", 100.0 * self.noisy)?;
-        }
-        if self.unmeasured > 0.0 && (self.kind != Kind::None || self.unmeasured <= 0.5) {
-            // Less than one per cent is still something that nothing is known of.
-            write!(f, ", not measured on {:.0} % of the surface", (100.0 * self.unmeasured).max(1.0))?;
-        }
-        if matches!(self.kind, Kind::Independent | Kind::Uneven) && self.tangential_sigma < self.sigma {
-            write!(f, ", at most {:.3} across the normals", self.tangential_sigma)?;
-        }
-        match self.no_data {
-            0 => {}
-            1 => write!(f, ", one vertex without data")?,
-            n => write!(f, ", {n} vertices without data")?,
-        }
-        let spikes = match self.outliers {
-            1 => "one spike".to_owned(),
-            n => format!("{n} spikes"),
-        };
-        if let [CandidateShare { candidate: Candidate::Stay, .. }] = self.candidates[..] {
-            return match self.outliers {
-                0 => write!(f, ": left alone"),
-                _ => write!(f, ": {spikes} removed, all else left alone"),
-            };
-        }
-        if self.outliers > 0 {
-            write!(f, ", {spikes}")?;
-        }
-        let mut separator = ": ";
-        // Smaller shares would be printed as 0 %.
-        for CandidateShare { candidate, share, .. } in self.candidates.iter().filter(|share| share.share >= 0.005) {
-            write!(f, "{separator}{:.0} % {candidate}", 100.0 * share)?;
-            separator = ", ";
-        }
-        Ok(())
     }
 }
 
@@ -337,91 +227,6 @@ pub fn choose(
         candidates: shares,
     };
     Ok((deltas, choice))
-}
-
-/// True for a triangulated depth image: nearly all vertices have six neighbours, and nearly all faces look to one side. There the
-/// two bands of the whole mesh tell shared noise from a surface; on other meshes the second one is mostly surface.
-fn is_range_image(surface: &Surface) -> bool {
-    /// Largest standard deviation of the valence.
-    const LARGEST: f64 = 0.72;
-    /// Least fraction of the faces that look to the side of their mean. On closed surfaces it is a half; noise turns some of any.
-    const FACING: f64 = 0.75;
-    let topology = surface.topology();
-    let inner = (0..topology.vertex_count() as Index).filter(|&v| !topology.is_boundary(v) && !topology.is_isolated(v));
-    let (count, sum, squares) = inner
-        .map(|v| topology.rings().get(v).len() as f64)
-        .fold((0.0, 0.0, 0.0), |(n, s, q), x| (n + 1.0, s + x, q + x * x));
-    let is_grid = count > 0.0 && squares / count - (sum / count).powi(2) < LARGEST * LARGEST;
-    let normals: Vec<DVec3> = normals::face_normals(surface);
-    let mean: DVec3 = normals.iter().sum();
-    let facing = normals.iter().filter(|n| n.dot(mean) > 0.0).count();
-    is_grid && facing as f64 > FACING * normals.len() as f64
-}
-
-/// Kind of the noise and its field: those of the settings, or else as measured.
-fn assumed_noise(
-    surface: &Surface,
-    connectivity: &Connectivity,
-    settings: &Auto,
-    level: &NoiseEstimate,
-    progress: &dyn Progress,
-) -> Result<(Kind, NoiseField), Cancelled> {
-    let white = level.level.kind();
-    let count = surface.positions().len();
-    if settings.noise.is_some() || settings.kind == Some(Kind::None) {
-        let sigma = settings.noise.filter(|_| settings.kind != Some(Kind::None)).unwrap_or(0.0);
-        let kind = settings.kind.unwrap_or(if white == Kind::None && sigma > 0.0 { Kind::Independent } else { white });
-        let stiffness = match settings.noise_across {
-            Some(tangential) => noise_level::tangential_stiffness(sigma, tangential),
-            None => level.level.tangential_stiffness(kind),
-        };
-        return Ok((kind, NoiseField::uniform(count, sigma, level.mean_edge, stiffness)));
-    }
-    let fine = level.level.fine * level.mean_edge;
-    // White noise is told from a surface most surely by the finest band of the whole mesh, all other noise by the networks.
-    let is_white = matches!(white, Kind::Independent | Kind::Uneven);
-    if white == Kind::Correlated && settings.kind.is_none() && is_range_image(surface) {
-        if let Some(noise) = NoiseField::terraces(surface, connectivity, fine) {
-            return Ok((white, noise));
-        }
-        let sigma = level.level.sigma_as(white);
-        return Ok((white, NoiseField::uniform(count, sigma, level.mean_edge, 0.0)));
-    }
-    // A few hundred vertices are too few regions for the networks, and their coarse band is the curvature of the shape.
-    const FEW: usize = 400;
-    let is_white = is_white || white == Kind::Correlated && settings.kind.is_none() && count < FEW;
-    let verdict = if is_white && settings.kind.is_none_or(|kind| kind == white) {
-        Verdict::White
-    } else if settings.kind.is_some() || NoiseField::is_rounding(surface, connectivity, fine) {
-        Verdict::Noisy
-    } else {
-        Verdict::ByEvidence
-    };
-    let mut noise = NoiseField::measured(surface, connectivity, verdict, progress)?;
-    if white == Kind::Uneven && verdict == Verdict::White && is_range_image(surface) {
-        // The medians of the regions are too low where the noise of a depth camera is uneven, as one real frame showed; the tail of
-        // the whole mesh is not.
-        let typical = noise.typical() * noise.mean_edge();
-        if typical > 0.0 {
-            noise = noise.scaled((level.level.sigma_as(white) * level.mean_edge / typical).max(1.0));
-        }
-    }
-    if noise.unmeasured == 1.0 && verdict == Verdict::White {
-        // A mesh of a few dozen vertices has no regions, but a finest band.
-        let stiffness = level.level.tangential_stiffness(white);
-        noise = NoiseField::uniform(count, level.level.sigma_as(white), level.mean_edge, stiffness);
-    }
-    if let Some(tangential) = settings.noise_across {
-        let stiffness = noise_level::tangential_stiffness(noise.typical(), tangential);
-        noise.stiffness.fill(stiffness);
-    }
-    let kind = settings.kind.unwrap_or(match white {
-        _ if noise.noisy_fraction() == 0.0 => Kind::None,
-        _ if noise.correlation > 0 => Kind::Correlated,
-        Kind::Uneven => Kind::Uneven,
-        _ => Kind::Independent,
-    });
-    Ok((kind, noise))
 }
 
 /// Evaluates the candidates, on patches if the mesh is large, and runs them on the whole mesh.

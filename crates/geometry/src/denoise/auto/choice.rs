@@ -1,0 +1,117 @@
+//! Report of the automatic method.
+
+use super::candidates::Candidate;
+use crate::denoise::noise_level::{Kind, NoiseLevel};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// Report of the automatic method: the noise it measured and the candidates it chose.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DenoiseChoice {
+    /// Noise as measured on the mesh.
+    pub measured: NoiseLevel,
+    /// Kind of noise that was assumed.
+    pub kind: Kind,
+    /// Standard deviation σ of the noise that was assumed, the median over the noisy vertices, local edges; 0 where there is none.
+    pub sigma: f64,
+    /// Upper bound of the standard deviation in tangential directions that was assumed, local edges.
+    #[serde(default, rename = "across")]
+    pub tangential_sigma: f64,
+    /// Fraction of the vertices that are noisy, 0..=1.
+    #[serde(default)]
+    pub noisy: f64,
+    /// Fraction of the vertices in places where nothing can be measured, 0..=1: too few vertices have faces all around them.
+    #[serde(default)]
+    pub unmeasured: f64,
+    /// Fraction of the noisy vertices that have nearly all of the noise, 0..=1; 0 where all have about the same. `sigma` is that of
+    /// the others then.
+    #[serde(default)]
+    pub hit: f64,
+    /// Number of vertices that are spikes or craters beside their neighbours; they went to the surface of these.
+    #[serde(default)]
+    pub outliers: usize,
+    /// Number of vertices that stand for "no data", tens of edges away from all that is around them; they stay.
+    #[serde(default)]
+    pub no_data: usize,
+    /// Number of vertices that went as far as their noise can have pushed them.
+    #[serde(default)]
+    pub bounded: usize,
+    /// Candidates with their shares, which add up to 1; the largest share comes first.
+    pub candidates: Vec<CandidateShare>,
+}
+
+/// A candidate and its share of the result.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CandidateShare {
+    /// The candidate.
+    pub candidate: Candidate,
+    /// Share of the candidate in the result, 0..=1.
+    pub share: f64,
+    /// Estimated mean squared error of the normals beyond that of the best pair, square degrees; `None` where it was not
+    /// estimated.
+    #[serde(rename = "behind")]
+    pub risk_gap: Option<f64>,
+}
+
+impl CandidateShare {
+    pub(super) fn all_of(candidate: Candidate) -> Self {
+        Self { candidate, share: 1.0, risk_gap: None }
+    }
+}
+
+impl fmt::Display for DenoiseChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.kind {
+            Kind::None if self.unmeasured > 0.5 => {
+                write!(f, "noise that cannot be measured, since too few vertices have faces all around them")?;
+            }
+            Kind::None => write!(f, "no noise that could be told from the surface")?,
+            _ if self.hit > 0.0 => {
+                let percent = (100.0 * self.hit).max(1.0);
+                write!(
+                    f,
+                    "noise that hits {percent:.0} % of the vertices, and {:.3} local edges at the others",
+                    self.sigma
+                )?;
+            }
+            Kind::Independent => write!(f, "noise of {:.3} local edges", self.sigma)?,
+            Kind::Uneven => write!(f, "noise of about {:.3} local edges, uneven", self.sigma)?,
+            Kind::Correlated => write!(f, "noise alike between neighbours, of {:.3} local edges", self.sigma)?,
+        }
+        if self.noisy > 0.0 && self.noisy < 0.95 {
+            write!(f, " on {:.0} % of the surface", 100.0 * self.noisy)?;
+        }
+        if self.unmeasured > 0.0 && (self.kind != Kind::None || self.unmeasured <= 0.5) {
+            // Less than one per cent is still something that nothing is known of.
+            write!(f, ", not measured on {:.0} % of the surface", (100.0 * self.unmeasured).max(1.0))?;
+        }
+        if matches!(self.kind, Kind::Independent | Kind::Uneven) && self.tangential_sigma < self.sigma {
+            write!(f, ", at most {:.3} across the normals", self.tangential_sigma)?;
+        }
+        match self.no_data {
+            0 => {}
+            1 => write!(f, ", one vertex without data")?,
+            n => write!(f, ", {n} vertices without data")?,
+        }
+        let spikes = match self.outliers {
+            1 => "one spike".to_owned(),
+            n => format!("{n} spikes"),
+        };
+        if let [CandidateShare { candidate: Candidate::Stay, .. }] = self.candidates[..] {
+            return match self.outliers {
+                0 => write!(f, ": left alone"),
+                _ => write!(f, ": {spikes} removed, all else left alone"),
+            };
+        }
+        if self.outliers > 0 {
+            write!(f, ", {spikes}")?;
+        }
+        let mut separator = ": ";
+        // Smaller shares would be printed as 0 %.
+        for CandidateShare { candidate, share, .. } in self.candidates.iter().filter(|share| share.share >= 0.005) {
+            write!(f, "{separator}{:.0} % {candidate}", 100.0 * share)?;
+            separator = ", ";
+        }
+        Ok(())
+    }
+}
