@@ -15,7 +15,7 @@ use std::fmt::Write as _;
 const MANY: Occlusion = Occlusion { rays: 4096, distance: None };
 
 /// Error of [`MANY`] rays: a scrambled sequence of n points misses the area under a smooth edge by about n to the −3/4.
-const NOISE: f64 = 0.003;
+const NOISE: f64 = 0.004;
 
 /// Rows of points of the planes of [`crease`], from their common edge to their ends.
 const ROWS: [f64; 6] = [0.0, 0.5, 1.0, 1.5, 2.0, WIDTH];
