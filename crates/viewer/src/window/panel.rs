@@ -31,8 +31,11 @@ fn all(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     buttons(ui, app, ui_state);
     ui.separator();
     lambda(ui, app, ui_state);
-    method::strength(ui, app, ui_state);
-    if let Some(map) = app.map() {
+    if app.document().is_some() {
+        method::strength(ui, app, ui_state);
+    }
+    // Of other methods than `auto` there is nothing to say that their settings do not.
+    if let Some(map) = app.map().filter(|map| map.manifest.choice.is_some()) {
         ui.label(&map.summary);
     }
     view_settings::shading(ui, app, ui_state);
