@@ -151,7 +151,7 @@ pub fn fit(
 }
 
 /// Interpolates numbers (#V, 0..=1) over the triangles of a surface; texels outside the charts are filled from their surroundings.
-/// Row by row from the top
+/// The result is row by row from the top. #rows·#columns
 pub fn interpolate_greys(
     layout: TextureLayout,
     numbers: &[f64],
