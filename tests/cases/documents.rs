@@ -89,8 +89,7 @@ fn every_field_of_a_manifest_is_documented() {
     let names =
         BundleNames { source: "duck_noisy.obj".into(), stem: "duck_noisy".into(), carrier: "duck_noisy".into() };
     let occlusion = Some(Occlusion { rays: 1, distance: Some(1.0) });
-    let settings =
-        BakeSettings { side: Some(64), occlusion, curvature: CurvatureMap::Mean, ..BakeSettings::default() };
+    let settings = BakeSettings { side: Some(64), occlusion, curvature: CurvatureMap::Mean, ..BakeSettings::default() };
     let bundle = bake::bake(&model, &names, SideFiles::NONE, &settings, &Silent).unwrap();
     let json: Value = serde_json::from_slice(&bundle.files.last().unwrap().bytes).unwrap();
     let page = fs::read_to_string(root().join("docs/manifest.md")).unwrap();
