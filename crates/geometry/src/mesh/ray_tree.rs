@@ -11,7 +11,7 @@ use std::time::Duration;
 
 /// Bounding-volume hierarchy of triangles, which tells whether a ray meets one.
 ///
-/// Triangles are kept in single precision, in a box about the origin whose longest half side is 1.
+/// Triangles are kept in single precision, in a box about the origin whose longest half side is [`HALF`].
 pub(crate) struct RayTree {
     /// Hierarchy over the triangles; `None` without any.
     tree: Option<CwBvh>,
@@ -23,9 +23,13 @@ pub(crate) struct RayTree {
     scale: f64,
 }
 
-/// Distance by which a ray starts above its surface, so that rounding to single precision (6e-8 in the box) never makes it meet
+/// Half of the longest side of the box. The hierarchy passes over whatever is nearer than 1e-4 to the start of a ray, which in a
+/// box of this size is less than the rounding of single precision.
+const HALF: f64 = 4096.0;
+
+/// Distance by which a ray starts above its surface, so that rounding to single precision (6e-8 of the box) never makes it meet
 /// the triangle that it starts on.
-const LIFT: f64 = 4e-6;
+const LIFT: f64 = 4e-6 * HALF;
 
 impl RayTree {
     /// Builds the hierarchy of all triangles of a surface, in an order that depends on their positions alone.
@@ -33,7 +37,7 @@ impl RayTree {
         let [low, high] = surface.bounds();
         let half = (high - low).max_element() / 2.0;
         let (centre, scale) =
-            if half > 0.0 && half.is_finite() { ((low + high) / 2.0, 1.0 / half) } else { (low, 1.0) };
+            if half > 0.0 && half.is_finite() { ((low + high) / 2.0, HALF / half) } else { (low, 1.0) };
         let in_box = |v| Vec3A::from(((surface.positions()[v as usize] - centre) * scale).as_vec3());
         let all: Vec<Triangle> = surface
             .triangles()
