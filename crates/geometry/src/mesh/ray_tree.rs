@@ -88,6 +88,12 @@ mod tests {
     }
 
     #[test]
+    fn a_flat_face_right_above_the_start_is_met() {
+        let below_the_top = DVec3::new(0.4, 0.6, 1.0 - 2e-5);
+        assert!(RayTree::new(&shapes::cube()).meets(below_the_top, DVec3::Z, DVec3::Z, f64::INFINITY));
+    }
+
+    #[test]
     fn no_surface_is_met_by_nothing() {
         let none = Surface::new(Topology::new(2, Vec::new().into_iter().collect()), vec![DVec3::ZERO, DVec3::ONE]);
         assert!(!RayTree::new(&none).meets(DVec3::ZERO, DVec3::Z, DVec3::Z, f64::INFINITY));
