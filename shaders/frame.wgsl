@@ -40,7 +40,7 @@ struct Frame {
     has_heat: u32,
     // sRGB, as stored.
     background_bottom: vec3f,
-    // Bits: HAS_NORMAL_MAP and HAS_HEIGHTS_IN_UV.
+    // Bits: HAS_NORMAL_MAP, HAS_HEIGHTS_IN_UV and HAS_OCCLUSION_MAP.
     has: u32,
     heat_low: f32,
     heat_high: f32,
@@ -48,7 +48,8 @@ struct Frame {
     // Per world unit.
     vein_frequency: f32,
     vein_colour: vec3f,
-    _pad: f32,
+    // How much of the ambient occlusion shows.
+    occlusion: f32,
     lights: array<Light, 4>,
 }
 
@@ -56,6 +57,7 @@ struct Frame {
 
 const HAS_NORMAL_MAP = 1u;
 const HAS_HEIGHTS_IN_UV = 2u;
+const HAS_OCCLUSION_MAP = 4u;
 
 /// Unit vector to the eye.
 fn to_eye(position: vec3f) -> vec3f {

@@ -26,9 +26,9 @@ fn incoming(i: u32, position: vec3f, normal: vec3f) -> Incoming {
     return light;
 }
 
-/// Light that arrives, in units of what makes a white surface white.
-fn irradiance(position: vec3f, normal: vec3f) -> vec3f {
-    var sum = ambient(normal);
+/// Light that arrives, in units of what makes a white surface white; `open` is the fraction of the ambient light that arrives.
+fn irradiance(position: vec3f, normal: vec3f, open: f32) -> vec3f {
+    var sum = open * ambient(normal);
     for (var i = 0u; i < frame.light_count; i++) {
         let light = incoming(i, position, normal);
         sum += max(dot(normal, light.direction), 0.0) * light.radiance;
@@ -37,9 +37,9 @@ fn irradiance(position: vec3f, normal: vec3f) -> vec3f {
 }
 
 /// Blinn-Phong: what is scattered evenly, plus highlights (Blinn 1977).
-fn lit(base: vec3f, position: vec3f, normal: vec3f) -> vec3f {
+fn lit(base: vec3f, position: vec3f, normal: vec3f, open: f32) -> vec3f {
     let eye = to_eye(position);
-    var scattered = ambient(normal);
+    var scattered = open * ambient(normal);
     var highlights = vec3f(0.0);
     for (var i = 0u; i < frame.light_count; i++) {
         let light = incoming(i, position, normal);

@@ -15,6 +15,8 @@ struct Corner {
     @location(9) @interpolate(flat) dp_du: vec3f,
     @location(10) @interpolate(flat) dp_dv: vec3f,
     @location(11) @interpolate(flat) sides: u32,
+    // Fraction of the ambient light that arrives, by the numbers of the vertices.
+    @location(12) open: f32,
 }
 
 /// Above the sides: the triangle has a texture.
@@ -55,6 +57,7 @@ fn vs_mesh(@builtin(vertex_index) corner: u32) -> Corner {
     out.tangent = wedge.tangent;
     out.uv = wedge.uv;
     out.has = vec2f(0.0, wedge.has_uv);
+    out.open = wedge.open;
     if SHADING == SHADING_HEIGHT {
         out.number = magnitude(i);
     } else if SHADING == SHADING_HEAT {
@@ -70,7 +73,8 @@ fn vs_mesh(@builtin(vertex_index) corner: u32) -> Corner {
     }
     if SHADING == SHADING_GOURAUD {
         let side = select(1.0, -1.0, dot(out.face_normal, to_eye(out.position)) < 0.0);
-        out.lit = lit(frame.base_colour, out.position, side * out.normal);
+        let open = open_at(wedge.uv, wedge.has_uv > 0.5, wedge.open);
+        out.lit = lit(frame.base_colour, out.position, side * out.normal, open);
     }
     return out;
 }
@@ -150,6 +154,7 @@ fn fs_mesh(in: Corner, @builtin(front_facing) front: bool) -> @location(0) vec4f
     let outwards = shading_normal(in);
     let normal = side * outwards;
     let has_uv = in.has.y > 0.999;
+    let open = open_at(in.uv, has_uv, in.open);
     var colour: vec3f;
     switch SHADING {
         case SHADING_GOURAUD: {
@@ -165,25 +170,25 @@ fn fs_mesh(in: Corner, @builtin(front_facing) front: bool) -> @location(0) vec4f
             let t = (in.number - frame.heat_low) / (frame.heat_high - frame.heat_low);
             let known = frame.has_heat != 0u && (SHADING == SHADING_HEIGHT || in.has.x > 0.999);
             let base = select(frame.base_colour, heat_colour(t), known);
-            colour = base * mix(vec3f(1.0), irradiance(in.position, normal), frame.heat_relief);
+            colour = base * mix(vec3f(1.0), irradiance(in.position, normal, open), frame.heat_relief);
         }
         case SHADING_CHECKER: {
             let square = floor(in.uv * frame.checker_squares);
             let odd = fract(0.5 * (square.x + square.y)) > 0.25;
             let base = select(frame.base_colour, select(frame.checker_light, frame.checker_dark, odd), has_uv);
-            colour = lit(base, in.position, normal);
+            colour = lit(base, in.position, normal, open);
         }
         case SHADING_TEXTURE: {
             let textured = (in.sides & TEXTURED) != 0u && has_uv;
             let base = select(frame.base_colour, colour_at(in.uv, duv_dx, duv_dy), textured);
-            colour = lit(base, in.position, normal);
+            colour = lit(base, in.position, normal, open);
         }
         case SHADING_MARBLE: {
             let base = mix(frame.base_colour, frame.vein_colour, vein(frame.vein_frequency * in.position));
-            colour = lit(base, in.position, normal);
+            colour = lit(base, in.position, normal, open);
         }
         default: {
-            colour = lit(frame.base_colour, in.position, normal);
+            colour = lit(frame.base_colour, in.position, normal, open);
         }
     }
     if OVERLAY != OVERLAY_NONE {

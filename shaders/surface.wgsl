@@ -28,7 +28,8 @@ struct Wedge {
     uv: vec2f,
     // 1 where there is one.
     has_uv: f32,
-    _pad: f32,
+    // Fraction of the ambient light that arrives, where no picture says it.
+    open: f32,
 }
 
 @group(2) @binding(0) var<storage, read> vertices: array<Vertex>;

@@ -5,6 +5,9 @@
 // The colours of a heat map, sRGB as stored, one row.
 @group(3) @binding(3) var heat_map: texture_2d<f32>;
 
+// Grey: the fraction of the ambient light that arrives.
+@group(3) @binding(4) var occlusion_map: texture_2d<f32>;
+
 fn flipped(uv: vec2f) -> vec2f {
     return vec2f(uv.x, 1.0 - uv.y);
 }
@@ -63,6 +66,28 @@ fn tangent_normal_at(uv: vec2f) -> vec3f {
     let c = textureLoad(normal_map, wrapped(low + vec2i(0, 1), size), 0).rgb;
     let d = textureLoad(normal_map, wrapped(low + vec2i(1, 1), size), 0).rgb;
     return 2.0 * blend(blend(a, b, w.x), blend(c, d, w.x), w.y) - 1.0;
+}
+
+/// Fraction of the ambient light that the picture of it lets through.
+fn occlusion_at(uv: vec2f) -> f32 {
+    let size = vec2i(textureDimensions(occlusion_map));
+    let p = fract(flipped(uv)) * vec2f(size) - 0.5;
+    let low = vec2i(floor(p));
+    let w = p - floor(p);
+    let a = textureLoad(occlusion_map, wrapped(low, size), 0).rgb;
+    let b = textureLoad(occlusion_map, wrapped(low + vec2i(1, 0), size), 0).rgb;
+    let c = textureLoad(occlusion_map, wrapped(low + vec2i(0, 1), size), 0).rgb;
+    let d = textureLoad(occlusion_map, wrapped(low + vec2i(1, 1), size), 0).rgb;
+    return blend(blend(a, b, w.x), blend(c, d, w.x), w.y).x;
+}
+
+/// Fraction of the ambient light that arrives, by the picture where there is one, else by the number of the vertex.
+fn open_at(uv: vec2f, has_uv: bool, at_vertex: f32) -> f32 {
+    var open = at_vertex;
+    if (frame.has & HAS_OCCLUSION_MAP) != 0u && has_uv {
+        open = occlusion_at(uv);
+    }
+    return mix(1.0, open, frame.occlusion);
 }
 
 /// Linear RGB of a number; below 0 and above 1 the ends go on.

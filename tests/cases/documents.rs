@@ -2,7 +2,8 @@
 //! field, and the page on noise every kind.
 
 use crate::support::root;
-use planish_geometry::bake::{self, BakeSettings, BundleNames, SideFiles};
+use planish_geometry::bake::{self, BakeSettings, BundleNames, CurvatureMap, SideFiles};
+use planish_geometry::map::occlusion::Occlusion;
 use planish_geometry::mesh::synthetic_noise::{NoiseSetting, SyntheticKind};
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Silent;
@@ -87,7 +88,8 @@ fn every_field_of_a_manifest_is_documented() {
     let model = Model::new(Obj::parse(mesh).unwrap(), Welding::Exact);
     let names =
         BundleNames { source: "duck_noisy.obj".into(), stem: "duck_noisy".into(), carrier: "duck_noisy".into() };
-    let settings = BakeSettings { side: Some(64), ..BakeSettings::default() };
+    let occlusion = Some(Occlusion { rays: 1, distance: Some(1.0) });
+    let settings = BakeSettings { side: Some(64), occlusion, curvature: CurvatureMap::Mean, ..BakeSettings::default() };
     let bundle = bake::bake(&model, &names, SideFiles::NONE, &settings, &Silent).unwrap();
     let json: Value = serde_json::from_slice(&bundle.files.last().unwrap().bytes).unwrap();
     let page = fs::read_to_string(root().join("docs/manifest.md")).unwrap();

@@ -57,6 +57,8 @@ fn values(parameter: &Parameter) -> Vec<Value> {
         Values::Word(words) => words.iter().map(|word| Value::from(word.name)).collect(),
         Values::Words(words) => vec![words[2..4].iter().map(|word| word.name).collect()],
         Values::Preset(_) => parameter.choices().iter().map(|word| Value::from(word.name)).collect(),
+        // The window has no files of weights.
+        Values::Text(_) => Vec::new(),
     }
 }
 

@@ -19,11 +19,14 @@ use planish_geometry::denoise::Denoiser;
 use planish_geometry::denoise::NormalField;
 use planish_geometry::map::displacement::FileFormat;
 use planish_geometry::map::normal_map::Convention;
+use planish_geometry::map::occlusion::Occlusion;
 use planish_geometry::map::{Interpolation, Texels};
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::metrics::Heat;
 use std::path::PathBuf;
-use values::{above_zero, bits, finite, largest_side, named, named_or_auto, setting, side, tolerance, welding};
+use values::{
+    above_zero, bits, finite, largest_side, length, named, named_or_auto, rays, setting, side, tolerance, welding,
+};
 
 /// Denoise a mesh with a displacement map.
 ///
@@ -202,6 +205,18 @@ pub(crate) struct MapArgs {
     /// Green channel of the normal map: opengl points up (Blender, glTF, three.js, Unity), directx down (Unreal)
     #[arg(long, value_parser = named::<Convention>(), default_value = Convention::default().name(), help_heading = "Map")]
     pub(crate) normal_convention: Convention,
+    /// Bake NAME.occlusion.png too: how much of the light from all around reaches each place of the denoised surface
+    #[arg(long, help_heading = "Shading")]
+    pub(crate) ao: bool,
+    /// Number of rays of --ao for each texel or vertex, from 1 to 65536
+    #[arg(long, value_name = "N", requires = "ao", default_value_t = Occlusion::default().rays, allow_negative_numbers = true, value_parser = rays, help_heading = "Shading")]
+    pub(crate) ao_rays: u32,
+    /// Distance beyond which nothing blocks the light of --ao, model units [default: none]
+    #[arg(long, value_name = "D", requires = "ao", allow_negative_numbers = true, value_parser = length, help_heading = "Shading")]
+    pub(crate) ao_distance: Option<f64>,
+    /// Bake NAME.curvature.png too: grey where the denoised surface is flat, bright where it bulges, dark in cavities
+    #[arg(long, help_heading = "Shading")]
+    pub(crate) curvature: bool,
     /// Do not write NAME.glb, the carrier as binary glTF with the denoised surface as a morph target
     #[arg(long, help_heading = "Map")]
     pub(crate) no_glb: bool,

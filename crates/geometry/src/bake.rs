@@ -31,6 +31,7 @@ mod layout;
 mod maps;
 mod report;
 mod settings;
+mod shading_maps;
 mod target;
 #[cfg(feature = "unwrap")]
 pub mod unwrap;
@@ -40,7 +41,7 @@ mod unwrapped;
 pub use check::{WrittenFiles, check};
 pub use error::BakeError;
 pub use layout::{Fallback, LayoutChoice};
-pub use settings::{BakeSettings, Carriers, Lambda, LargestSide, Quanta};
+pub use settings::{BakeSettings, Carriers, CurvatureMap, Lambda, LargestSide, Quanta};
 pub use target::{BakeTarget, VertexDisplacements};
 
 use crate::map::displace::{self, DisplacementDirections};

@@ -11,6 +11,7 @@ pub mod layout_issues;
 pub mod manifest;
 pub mod map_size;
 pub mod normal_map;
+pub mod occlusion;
 pub mod per_vertex;
 pub mod tangents;
 
@@ -28,7 +29,7 @@ use crate::mesh::jagged::Index;
 use crate::mesh::surface::Surface;
 use crate::named;
 use crate::progress::{Cancelled, Parts, Progress};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use scattered_interpolation::ScatteredInterpolation;
 
@@ -154,6 +155,24 @@ fn samples(atlas: &Atlas, heights: &[f64]) -> (Vec<Index>, Vec<fit::Sample>) {
         wedges.iter().map(sample).map(|sample| (vertex, sample)).collect::<Vec<_>>()
     };
     (0..).zip(atlas.wedges().iter()).flat_map(of_vertex).unzip()
+}
+
+/// Interpolates numbers (#V, 0..=1) over the triangles of a surface; texels outside the charts are filled from their surroundings.
+/// The result is row by row from the top. #rows·#columns
+pub fn interpolate_greys(
+    layout: TextureLayout,
+    numbers: &[f64],
+    progress: &dyn Progress,
+) -> Result<Vec<f32>, Cancelled> {
+    let TextureLayout { surface, coverage, .. } = layout;
+    let mut texels = per_texel(coverage.size(), Vec3::ZERO, progress, || {
+        |column, row| match coverage.owner(column, row) {
+            Some(owner) => Vec3::splat(in_triangle(surface, numbers, coverage.weights(owner, column, row)) as f32),
+            None => Vec3::ZERO,
+        }
+    })?;
+    gutter::pull_push(&mut texels, coverage);
+    Ok(texels.into_iter().map(|t| t.x.clamp(0.0, 1.0)).collect())
 }
 
 /// Interpolated height at barycentric coordinates of a triangle; rounding never takes it outside the heights at the corners.

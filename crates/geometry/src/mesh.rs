@@ -5,11 +5,13 @@
 
 pub mod atlas;
 pub mod csr;
+pub mod curvature;
 pub mod jagged;
 pub mod laplacian;
 pub mod normals;
 pub mod orientation;
 pub mod polygon;
+pub(crate) mod ray_tree;
 pub mod shapes;
 pub mod surface;
 pub mod synthetic_noise;

@@ -2,10 +2,13 @@
 
 use crate::displaced_mesh::{DisplacementBinding, Sign};
 use crate::mesh::{Mesh, Side, Triangle};
-use crate::scene::{Scene, SceneError};
+use crate::scene::{Occlusion, Scene, SceneError};
+use crate::texture::{Content, Texture};
 use glam::{DVec3, Vec3};
+use image::RgbaImage;
 use planish_geometry::map::displace::{self, ShaderVertex};
 use planish_geometry::map::displacement::{Displacement, SampleAt};
+use planish_geometry::map::manifest::Layout;
 use planish_geometry::map::tangents::{self, Tangent};
 use planish_geometry::mesh::atlas::Atlas;
 use planish_geometry::mesh::jagged::Index;
@@ -85,6 +88,19 @@ pub fn bind_heights(model: &Model, scene: &Scene, map: Displacement) -> Option<D
     };
     let vertices = (0..).zip(mesh.positions.iter().zip(normals)).map(vertex).collect();
     Some(DisplacementBinding::new(mesh, map, vertices, Sign::Add))
+}
+
+/// Ambient occlusion of a scene from a grey picture in a layout of the model. `None` if the picture has fewer texels than that layout
+/// needs.
+pub fn occlusion(model: &Model, picture: RgbaImage, layout: Layout) -> Option<Occlusion> {
+    match layout {
+        Layout::Uv => Texture::new(picture, Content::Data).map(Occlusion::Picture),
+        Layout::Vertex => {
+            let lines = model.data().positions().len();
+            let open: Vec<f32> = picture.pixels().take(lines).map(|p| f32::from(p.0[0]) / 255.0).collect();
+            (open.len() == lines).then(|| Occlusion::Vertices(at_vertices(model, &open)))
+        }
+    }
 }
 
 /// Selects the values of the vertices from values for each `v` line.

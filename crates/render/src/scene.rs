@@ -19,10 +19,21 @@ pub struct Scene {
     pub textures: Textures,
     /// Tangent-space normals (green along v, up), for triangles that have texture coordinates.
     pub normal_map: Option<Texture>,
+    /// Ambient occlusion of the surface, by which ambient light is multiplied.
+    pub occlusion: Option<Occlusion>,
     /// Displacement map of the mesh.
     pub displacement: Option<DisplacementBinding>,
     /// Light from all around.
     pub environment: Option<Environment>,
+}
+
+/// Fraction of the ambient light that reaches the surface, 0..=1.
+#[derive(Clone, Debug)]
+pub enum Occlusion {
+    /// Grey picture for triangles that have texture coordinates.
+    Picture(Texture),
+    /// Number for each position of the mesh; 1 where there is none. #V
+    Vertices(Vec<f32>),
 }
 
 /// Reason why arrays are not a mesh.
@@ -81,6 +92,7 @@ impl Scene {
                     low,
                     textures: Textures::default(),
                     normal_map: None,
+                    occlusion: None,
                     displacement: None,
                     environment: None,
                 })
@@ -101,6 +113,22 @@ impl Scene {
         }
         self.mesh.scalars = Some(scalars);
         Ok(())
+    }
+
+    /// Picture of the ambient occlusion.
+    pub(crate) fn occlusion_map(&self) -> Option<&Texture> {
+        match &self.occlusion {
+            Some(Occlusion::Picture(texture)) => Some(texture),
+            _ => None,
+        }
+    }
+
+    /// Fraction of the ambient light that reaches a vertex, where no picture says it.
+    pub(crate) fn open_at_vertex(&self, vertex: u32) -> f32 {
+        match &self.occlusion {
+            Some(Occlusion::Vertices(open)) => open.get(vertex as usize).copied().unwrap_or(1.0),
+            _ => 1.0,
+        }
     }
 
     /// A sphere about all triangles (about the middle of their box; not the smallest one).

@@ -53,6 +53,7 @@ struct Nearest {
 }
 
 struct Picture<'a> {
+    scene: &'a Scene,
     mesh: &'a Mesh,
     settings: &'a Settings,
     shader: Shader<'a>,
@@ -99,7 +100,19 @@ impl<'a> Picture<'a> {
             .collect();
         let shader = Shader::new(scene, settings, &view, aspect, &positions);
         let ground = Disc::new(scene, settings, &view);
-        Self { mesh, settings, shader, ground, grid, positions, vertex_normals, heights, clip_positions, triangles }
+        Self {
+            scene,
+            mesh,
+            settings,
+            shader,
+            ground,
+            grid,
+            positions,
+            vertex_normals,
+            heights,
+            clip_positions,
+            triangles,
+        }
     }
 
     /// Number of samples along a side of a pixel.
@@ -180,6 +193,8 @@ impl<'a> Picture<'a> {
         let face_normal = (b - a).cross(c - a).normalize_or_zero().as_vec3();
         let numbers = |numbers: &[f32]| blend(triangle.positions.map(|v| numbers[v as usize]), weights);
         let frames = self.mesh.tangents.get(index as usize);
+        let opens = triangle.positions.map(|v| self.scene.open_at_vertex(v));
+        let uv = uvs.map(|uvs| blend(uvs, weights));
         Fragment {
             position: blend(corners, weights),
             triangle: index,
@@ -189,14 +204,15 @@ impl<'a> Picture<'a> {
                 tangent: blend(frames.map(|f| f.tangent), weights),
                 sign: blend(frames.map(|f| f.sign), weights),
             }),
-            uv: uvs.map(|uvs| blend(uvs, weights)),
+            uv,
             uv_steps: uvs.map_or([Vec2::ZERO; 2], |uvs| steps.map(|step| blend(uvs, step))),
             along_uv: uvs.map_or([Vec3::ZERO; 2], |uvs| along_uv(corners, uvs)),
             scalar: self.mesh.scalars.as_deref().map(numbers),
             height: if self.heights.is_empty() { 0.0 } else { numbers(&self.heights) },
-            lit: self.gouraud(corners, normals, face_normal, weights),
+            lit: self.gouraud(corners, normals, face_normal, (uvs, opens), weights),
             distances: weights / (steps[0].abs() + steps[1].abs()),
             sides: triangle.sides,
+            open: self.shader.open_at(uv, blend(opens, weights)),
         }
     }
 
@@ -207,14 +223,22 @@ impl<'a> Picture<'a> {
     }
 
     /// Colour of the lit corners, blended, linear RGB; zero unless the shading is Gouraud.
-    fn gouraud(&self, corners: [Vec3; 3], normals: [Vec3; 3], face_normal: Vec3, weights: Vec3) -> Vec3 {
+    fn gouraud(
+        &self,
+        corners: [Vec3; 3],
+        normals: [Vec3; 3],
+        face_normal: Vec3,
+        (uvs, opens): (Option<[Vec2; 3]>, [f32; 3]),
+        weights: Vec3,
+    ) -> Vec3 {
         if self.settings.shading != Shading::Gouraud {
             return Vec3::ZERO;
         }
         let base = self.settings.material.colour.linear();
         let lit = |k: usize| {
             let side = if face_normal.dot(self.shader.to_eye(corners[k])) < 0.0 { -1.0 } else { 1.0 };
-            self.shader.lit(base, corners[k], side * normals[k])
+            let open = self.shader.open_at(uvs.map(|uvs| uvs[k]), opens[k]);
+            self.shader.lit(base, corners[k], side * normals[k], open)
         };
         blend([0, 1, 2].map(lit), weights)
     }

@@ -35,6 +35,10 @@ pub(crate) struct Args {
     #[arg(long, value_name = "OUT.png")]
     pub(crate) headless: Option<PathBuf>,
 
+    /// Write a report instead: one HTML file with the mesh before and after, heat maps, histograms and figures, which needs no network.
+    #[arg(long, value_name = "OUT.html", conflicts_with_all = ["headless", "timings", "heights", "shading"])]
+    pub(crate) report: Option<PathBuf>,
+
     /// Measure instead of drawing into a file, and print seconds and bytes as JSON.
     #[arg(long, conflicts_with_all = ["headless", "save_settings"])]
     pub(crate) timings: bool,
@@ -153,7 +157,7 @@ impl From<ErrorKind> for Heat {
 impl Args {
     /// Returns the files that are read.
     pub(crate) fn files(&self) -> Result<Files, Failure> {
-        let none = || Failure::Input("--headless needs a mesh to draw".to_owned());
+        let none = || Failure::Input("--headless and --report need a mesh".to_owned());
         let input = self.input.clone().ok_or_else(none)?;
         let is_manifest = input.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
         if is_manifest && self.map.is_some() {

@@ -6,5 +6,6 @@ pub mod app;
 pub mod environment;
 mod image_file;
 pub mod open;
+pub mod report;
 pub mod vertex_error;
 pub mod window;

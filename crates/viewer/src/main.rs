@@ -1,6 +1,7 @@
 //! `planish-viewer`: draws a mesh.
 
 mod args;
+mod make_report;
 mod run;
 mod timings;
 

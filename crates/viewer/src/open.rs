@@ -12,14 +12,14 @@ use planish_files::map_files::MapFiles;
 use planish_geometry::bake::{BakeSettings, Bundle};
 use planish_geometry::map::displace::{self, ShaderVertex};
 use planish_geometry::map::displacement::{Displacement, Encoding, MapKind, TexelFormat};
-use planish_geometry::map::manifest::{Manifest, NormalMapEntry};
+use planish_geometry::map::manifest::{Manifest, NormalMapEntry, OcclusionEntry};
 use planish_geometry::map::normal_map::Convention;
 use planish_geometry::map::{HeightMap, Size};
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Progress;
 use planish_geometry::source::model::Model;
 use planish_render::input as model_input;
-use planish_render::scene::Scene;
+use planish_render::scene::{Occlusion, Scene};
 use planish_render::settings::environment::Surroundings;
 use planish_render::settings::{Settings, Shading};
 use planish_render::texture::{Content, Texture, Textures};
@@ -133,6 +133,11 @@ fn read_map(scene: &mut Scene, model: &Model, mesh: &Path, files: MapFiles) -> R
         let path = files.path_of(&entry.file);
         scene.normal_map = Some(normal_map(&files.bytes_of(&entry.file, LARGEST_PICTURE)?, entry, &path)?);
     }
+    if let Some(entry) = &files.manifest.occlusion {
+        let path = files.path_of(&entry.map.file);
+        let bytes = files.bytes_of(&entry.map.file, LARGEST_PICTURE)?;
+        scene.occlusion = Some(occlusion(&bytes, model, entry, &path)?);
+    }
     Ok(OpenedMap { manifest: files.manifest, vertices })
 }
 
@@ -160,6 +165,8 @@ fn attach(scene: &mut Scene, model: &Model, bundle: &Bundle) -> Result<Vec<Shade
     scene.displacement = Some(model_input::bind_map(model, scene, map, &vertices));
     let entry = manifest.normal_map.as_ref();
     scene.normal_map = entry.map(|e| normal_map(bytes(&e.file), e, Path::new(&e.file))).transpose()?;
+    let occluded = |e: &OcclusionEntry| occlusion(bytes(&e.map.file), model, e, Path::new(&e.map.file));
+    scene.occlusion = manifest.occlusion.as_ref().map(occluded).transpose()?;
     Ok(vertices)
 }
 
@@ -170,6 +177,19 @@ fn normal_map(bytes: &[u8], entry: &NormalMapEntry, path: &Path) -> Result<Textu
         image.pixels_mut().for_each(|p| p.0[1] = u8::MAX - p.0[1]);
     }
     texture(DynamicImage::ImageRgba8(image), Content::Data, path)
+}
+
+/// Ambient occlusion as the renderer takes it.
+fn occlusion(bytes: &[u8], model: &Model, entry: &OcclusionEntry, path: &Path) -> Result<Occlusion, Failure> {
+    let image = image_file::decode(bytes, path)?.into_rgba8();
+    let size = entry.map.size();
+    if image.dimensions() != (size.width, size.height) {
+        let found = format!("{} × {}", image.width(), image.height());
+        let reason = format!("is {found} texels, but the manifest says {} × {}", size.width, size.height);
+        return Err(Failure::at(path, reason));
+    }
+    let few = || Failure::at(path, "has no texel for each vertex");
+    model_input::occlusion(model, image, entry.map.layout).ok_or_else(few)
 }
 
 /// Black is 0 and white is 1, until the settings say otherwise.

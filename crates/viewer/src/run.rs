@@ -1,6 +1,7 @@
 //! Entry of the program: a picture, timings, or the window.
 
 use crate::args::Args;
+use crate::make_report;
 use crate::timings;
 use image::RgbaImage;
 use planish_files::failure::Failure;
@@ -28,6 +29,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let begun = Instant::now();
     let settings = settings(args)?;
     let usage = |text: &str| Err(Failure::Input(text.to_owned()));
+    if let Some(output) = &args.report {
+        return make_report::write(args, output, settings);
+    }
     match &args.headless {
         Some(output) => picture(args, output, settings),
         None if args.timings => timings(args, settings, begun),
@@ -102,7 +106,12 @@ fn picture(args: &Args, output: &Path, settings: Settings) -> Result<(), Failure
     output::write_all(files)
 }
 
-fn draw(scene: &Scene, settings: &Settings, backend: Backend, terminal: &Terminal) -> Result<RgbaImage, Failure> {
+pub(crate) fn draw(
+    scene: &Scene,
+    settings: &Settings,
+    backend: Backend,
+    terminal: &Terminal,
+) -> Result<RgbaImage, Failure> {
     let renderer = match backend {
         Backend::Software => None,
         _ => match Gpu::open(backend) {

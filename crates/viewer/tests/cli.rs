@@ -198,6 +198,33 @@ fn a_clean_mesh_shows_the_error() {
 }
 
 #[test]
+fn a_report_is_one_page_with_pictures_before_and_after() {
+    let folder = Folder::new();
+    // A name with signs that mean something in HTML.
+    fs::write(folder.path("a&b.obj"), TENT).unwrap();
+    fs::write(folder.path("flat.obj"), TENT.replace("v 1 1 1", "v 1 1 0")).unwrap();
+    let line = "a&b.obj --report out.html --size 60x50 --backend software";
+    let page = |options: &str| {
+        let output = folder.run(&format!("{line} {options}"));
+        assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
+        fs::read_to_string(folder.path("out.html")).unwrap()
+    };
+    let plain = page("");
+    assert!(plain.contains("<h1>a&amp;b.obj</h1>") && plain.contains("planish bake &#39;a&amp;b.obj&#39;"), "{plain}");
+    let pictures: Vec<&str> = plain.split("data:image/png;base64,").skip(1).collect();
+    assert_eq!(pictures.len(), 3, "before, after and heights");
+    assert_ne!(pictures[0].split('"').next(), pictures[1].split('"').next(), "the tip went down");
+    let compared = page("--clean flat.obj");
+    assert_eq!(compared.matches("data:image/png").count(), 5, "the error before and after as well");
+    assert!(compared.contains("Mean distance from the clean mesh, before") && compared.contains("flat.obj"));
+    assert_eq!(page(""), plain, "the same input gives the same bytes");
+    fs::remove_file(folder.path("out.html")).unwrap();
+    folder.fails("none.obj --report out.html", 2, "none.obj");
+    folder.fails("a&b.obj --report a&b.obj", 2, "is an input");
+    assert!(!folder.path("out.html").exists());
+}
+
+#[test]
 fn heights_are_put_on_and_need_texture_coordinates() {
     let folder = Folder::new();
     fs::write(folder.path("tent.obj"), TENT).unwrap();

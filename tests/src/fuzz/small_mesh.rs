@@ -1,8 +1,9 @@
 //! Small meshes and settings of a bake, read from any bytes.
 
-use planish_geometry::bake::{BakeSettings, Carriers, Lambda, LargestSide, LayoutChoice};
+use planish_geometry::bake::{BakeSettings, Carriers, CurvatureMap, Lambda, LargestSide, LayoutChoice};
 use planish_geometry::denoise::{Denoiser, Laplacian, NormalField};
 use planish_geometry::map::displacement::{MapKind, TexelFormat};
+use planish_geometry::map::occlusion::Occlusion;
 use planish_geometry::map::{Interpolation, Texels};
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::source::model::NormalSource;
@@ -87,6 +88,12 @@ fn settings(bytes: &mut Bytes) -> BakeSettings {
         texels: bytes.of(&[Texels::Fitted, Texels::Interpolated]),
         texel: bytes.of(&TexelFormat::ALL),
         carriers: bytes.of(&[Carriers::ObjAndGlb, Carriers::Obj]),
+        occlusion: bytes.of(&[
+            None,
+            Some(Occlusion { rays: 3, distance: None }),
+            Some(Occlusion { rays: 2, distance: Some(0.3) }),
+        ]),
+        curvature: bytes.of(&[CurvatureMap::None, CurvatureMap::Mean]),
         ..BakeSettings::default()
     }
 }

@@ -3,6 +3,7 @@
 use clap::ValueEnum;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use planish_geometry::map::manifest::LARGEST_SIDE;
+use planish_geometry::map::occlusion::MOST_RAYS;
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::named::{Named, Word};
 
@@ -80,6 +81,17 @@ pub(super) fn side(text: &str) -> Result<OrAuto<u32>, String> {
 pub(super) fn largest_side(text: &str) -> Result<u32, String> {
     let allowed = text.parse().ok().filter(|side| (1..=LARGEST_SIDE).contains(side));
     allowed.ok_or_else(|| format!("a size is a number from 1 to {LARGEST_SIDE}"))
+}
+
+/// Parses `--ao-rays`.
+pub(super) fn rays(text: &str) -> Result<u32, String> {
+    let allowed = text.parse().ok().filter(|rays| (1..=MOST_RAYS).contains(rays));
+    allowed.ok_or_else(|| format!("not a number from 1 to {MOST_RAYS}"))
+}
+
+/// Parses a length, model units.
+pub(super) fn length(text: &str) -> Result<f64, String> {
+    number(text, |x| x > 0.0, "not a length above 0")
 }
 
 /// Parses `--bits`.

@@ -8,9 +8,12 @@ use crate::output::Folder;
 use planish_files::bake_files::{self, Baked, Job};
 use planish_files::input::Trust;
 use planish_files::text;
-use planish_geometry::bake::{self, BakeSettings, BakeTarget, Carriers, Lambda, LargestSide, LayoutChoice, Quanta};
+use planish_geometry::bake::{
+    self, BakeSettings, BakeTarget, Carriers, CurvatureMap, Lambda, LargestSide, LayoutChoice, Quanta,
+};
 use planish_geometry::map::displacement::{FileFormat, MapKind, TexelFormat};
-use planish_geometry::map::manifest::{Manifest, UvSource};
+use planish_geometry::map::manifest::{Layout, Manifest, ShadingMapEntry, UvSource};
+use planish_geometry::map::occlusion::Occlusion;
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Progress;
 use serde::Serialize;
@@ -99,6 +102,8 @@ pub(crate) fn settings(args: &MapArgs, welding: Welding) -> Result<BakeSettings,
         texel: texel(args)?,
         convention: args.normal_convention,
         carriers: if args.no_glb { Carriers::Obj } else { Carriers::ObjAndGlb },
+        occlusion: args.ao.then_some(Occlusion { rays: args.ao_rays, distance: args.ao_distance }),
+        curvature: if args.curvature { CurvatureMap::Mean } else { CurvatureMap::None },
     })
 }
 
@@ -190,10 +195,29 @@ fn text(baked: &Wrote) -> String {
     for (head, text) in layout_text(m) {
         line(head, text);
     }
+    if let Some(occlusion) = &m.occlusion {
+        let reach = occlusion.distance.map_or("any length".to_owned(), |d| format!("at most {}", measure(d)));
+        line(
+            "occlusion",
+            format!("{}, {} of {reach}", shading(&occlusion.map), count(occlusion.rays as usize, "ray", "rays")),
+        );
+    }
+    if let Some(curvature) = &m.curvature {
+        line("curvature", format!("{}, white is {} per model unit", shading(&curvature.map), measure(curvature.range)));
+    }
     for file in &baked.files {
         line("wrote", one_line(file));
     }
     out
+}
+
+/// Describes the layout of a map of shading.
+fn shading(map: &ShadingMapEntry) -> String {
+    let layout = match map.layout {
+        Layout::Uv => "in the texture coordinates",
+        Layout::Vertex => "one texel for each vertex",
+    };
+    format!("{} × {}, {layout}", map.width, map.height)
 }
 
 /// Formats the lines about seams and layout.

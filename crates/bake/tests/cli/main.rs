@@ -24,6 +24,7 @@ mod page;
 mod quality;
 mod reference;
 mod report;
+mod shading;
 mod streams;
 mod trust;
 #[cfg(unix)]

@@ -13,6 +13,7 @@ use crate::source::materials;
 use crate::source::model::Model;
 use crate::source::obj::{Obj, ObjError};
 use glam::{DVec3, Vec2, Vec3};
+use serde::Serialize;
 use serde_json::{Map as Object, Value, json};
 
 /// Carrier OBJ, parsed back from the bytes that will be written.
@@ -47,7 +48,7 @@ pub(super) fn texel_uvs(model: &Model) -> Vec<Vec2> {
 /// Makes the carrier as binary glTF, with the unit normals (#V×3) that the map displaces along.
 pub(super) fn glb(request: &Request, normals: &[Vec3], draft: &Draft) -> Result<Vec<u8>, GltfError> {
     let Request { model, names, side_files, .. } = *request;
-    let Draft { manifest, maps, carrier, .. } = draft;
+    let Draft { manifest, maps, shading, carrier, .. } = draft;
     let entry = &manifest.displacement;
     let vertices = displace::carrier_vertices(carrier.obj.data(), &SamplingRule::of(manifest), entry.origin);
     let uv = |sample_at: SampleAt| match sample_at {
@@ -63,10 +64,7 @@ pub(super) fn glb(request: &Request, normals: &[Vec3], draft: &Draft) -> Result<
     let map = gltf::Map {
         bytes: &maps.displacement,
         filter: if entry.layout == Layout::Uv { Filter::Linear } else { Filter::Nearest },
-        entry: match json!(entry) {
-            Value::Object(entry) => entry,
-            _ => Object::new(),
-        },
+        entry: entry_of(entry),
     };
     let carrier = gltf::Carrier {
         name: &names.stem,
@@ -81,8 +79,26 @@ pub(super) fn glb(request: &Request, normals: &[Vec3], draft: &Draft) -> Result<
         map,
         relocate: side_files.relocate,
         normal_map,
+        occlusion: shading.occlusion.as_ref().map(|map| gltf::ShadingMap {
+            bytes: &map.image,
+            layout: map.entry.map.layout,
+            entry: entry_of(&map.entry),
+        }),
+        curvature: shading.curvature.as_ref().map(|map| gltf::ShadingMap {
+            bytes: &map.image,
+            layout: map.entry.map.layout,
+            entry: entry_of(&map.entry),
+        }),
     };
     gltf::glb(&carrier, side_files.texture)
+}
+
+/// Entry of the manifest as an object of JSON.
+fn entry_of(entry: &impl Serialize) -> Object<String, Value> {
+    match json!(entry) {
+        Value::Object(entry) => entry,
+        _ => Object::new(),
+    }
 }
 
 /// Unit normals of the source vertices. #v×3

@@ -58,6 +58,8 @@ pub(super) fn manifest_of(
         dominant_uv: atlas.filter(|_| is_uv).map(|atlas| dominant_uv(model, atlas)),
         private_texels: private_texels(model, maps),
         normal_map,
+        occlusion: None,
+        curvature: None,
         carrier: Carrier::default(),
         files: Vec::new(),
         report: Report { tolerance_quanta: settings.tolerance.0, ..Report::default() },

@@ -4,6 +4,7 @@ use super::carrier::{self, CarrierFile};
 use super::describe::{manifest_of, statements};
 use super::maps::Maps;
 use super::report::{self, Verification};
+use super::shading_maps::ShadingMaps;
 use super::{BakeError, Bundle, BundleFile, Carriers, Fallback, LayoutChoice, Request, VertexDisplacements};
 use crate::map::Texels;
 use crate::map::displace::DisplacementDirections;
@@ -19,6 +20,8 @@ pub(super) struct Draft {
     atlas: Option<Atlas>,
     pub(super) carrier: CarrierFile,
     pub(super) maps: Maps,
+    /// Maps of shading, which are baked last, because other drafts may be discarded.
+    pub(super) shading: ShadingMaps,
     pub(super) manifest: Manifest,
 }
 
@@ -53,7 +56,7 @@ impl Draft {
         let glb = (settings.carriers == Carriers::ObjAndGlb).then(|| format!("{}.glb", names.carrier));
         manifest.carrier =
             Carrier { obj: format!("{}.obj", names.carrier), mtl: library_file, glb, sha256: carrier.sha256.clone() };
-        Ok(Self { atlas, carrier, maps, manifest })
+        Ok(Self { atlas, carrier, maps, shading: ShadingMaps::default(), manifest })
     }
 
     /// Measures the errors of the files and puts the report into the manifest.
@@ -91,11 +94,14 @@ impl Draft {
 
     /// Makes the remaining files that the manifest names and returns all of them.
     pub(super) fn into_bundle(
-        self,
+        mut self,
         request: &Request,
         displacements: &VertexDisplacements,
     ) -> Result<Bundle, BakeError> {
         let Request { model, names, side_files, progress, .. } = *request;
+        self.shading = ShadingMaps::bake(request, self.atlas.as_ref(), &self.maps)?;
+        self.manifest.occlusion = self.shading.occlusion.as_ref().map(|map| map.entry.clone());
+        self.manifest.curvature = self.shading.curvature.as_ref().map(|map| map.entry.clone());
         let has_uvs = self.atlas.is_some();
         let statements = statements(&self.manifest, has_uvs);
         let library = materials::carrier_library(model.data(), side_files.libraries, &statements, side_files.relocate);
@@ -105,12 +111,14 @@ impl Draft {
         });
         let glb = glb.transpose()?;
         progress.check()?;
-        let Self { carrier, maps, mut manifest, .. } = self;
+        let Self { carrier, maps, shading, mut manifest, .. } = self;
         let file = |name: &str, bytes| BundleFile { name: name.to_owned(), bytes };
         let mut files = vec![file(&manifest.displacement.file, maps.displacement)];
         if let (Some(entry), Some((image, _))) = (&manifest.normal_map, maps.normal_map) {
             files.push(file(&entry.file, image));
         }
+        files.extend(shading.occlusion.map(|map| file(&map.entry.map.file, map.image)));
+        files.extend(shading.curvature.map(|map| file(&map.entry.map.file, map.image)));
         files.push(file(&manifest.carrier.obj, carrier.obj.into_bytes()));
         files.push(file(&manifest.carrier.mtl, library));
         files.extend(manifest.carrier.glb.as_ref().zip(glb).map(|(name, bytes)| file(name, bytes)));

@@ -10,6 +10,7 @@ mod kept;
 mod materials;
 mod wedges;
 
+use crate::map::manifest::Layout;
 use crate::mesh::jagged::Index;
 use crate::source::Source;
 use crate::source::colours;
@@ -53,6 +54,23 @@ pub struct Carrier<'a> {
     pub relocate: &'a (dyn Fn(&str) -> String + Sync),
     /// Description of the normal map for clients, as `extras.planish.normalMap` of each material.
     pub normal_map: Value,
+    /// Ambient occlusion map, which becomes the `occlusionTexture` of each material if it lies in the texture coordinates of the
+    /// mesh.
+    pub occlusion: Option<ShadingMap<'a>>,
+    /// Curvature map.
+    pub curvature: Option<ShadingMap<'a>>,
+}
+
+/// A map of the shading of the denoised surface as an image file, with its description.
+#[derive(Clone, Debug)]
+pub struct ShadingMap<'a> {
+    /// Image file: PNG.
+    pub bytes: &'a [u8],
+    /// Layout of the image.
+    pub layout: Layout,
+    /// Description of the map for clients, its name `file` included. It becomes `extras.planish.occlusion` or `curvature` of each
+    /// material, together with `texture`, `mimeType` and, in [`Layout::Vertex`], `texCoord`.
+    pub entry: Object<String, Value>,
 }
 
 /// A displacement map as an image file, with its description.

@@ -72,6 +72,8 @@ pub(super) struct Maps {
     pub(super) displacement: Vec<u8>,
     /// Image file of the normal map and its size; `None` if the layout has no space for one.
     pub(super) normal_map: Option<(Vec<u8>, Size)>,
+    /// Texels in which the shading of the surface has space; `None` if one texel would have to hold several places.
+    pub(super) coverage: Option<Coverage>,
 }
 
 impl Maps {
@@ -105,21 +107,24 @@ impl Maps {
         let [low, high] = range(&channels);
         let encoding = Encoding::covering(low.into(), high.into(), settings.texel);
         let displacement = Displacement::encode(&channels, settings.map, encoding).to_bytes()?;
-        let normal_map = match (atlas, for_normals) {
+        let normal_map = match (atlas, &for_normals) {
             (Some(atlas), Some((coverage, shared))) => {
                 progress.stage("tangent frames");
                 let normals = &displacements.normals;
                 let frames = of_corners.unwrap_or_else(|| tangents::tangents(model.surface(), atlas, normals));
                 progress.check()?;
                 let denoised = apply_offsets(model, &offsets.positions, settings.lambda.0);
-                let layout = TextureLayout { surface: model.surface(), atlas, coverage: &coverage };
+                let layout = TextureLayout { surface: model.surface(), atlas, coverage };
                 let frames = TangentFrames { normals, tangents: &frames };
-                Some(bake_normal_map(request, (layout, shared), frames, denoised)?)
+                Some(bake_normal_map(request, (layout, *shared), frames, denoised)?)
             }
             _ => None,
         };
         let size = channels[0].size;
-        Ok(Self { offsets, frames, plan, size, encoding, channels, private, findings, displacement, normal_map })
+        let coverage = for_normals.map(|(coverage, _)| coverage);
+        Ok(Self {
+            offsets, frames, plan, size, encoding, channels, private, findings, displacement, normal_map, coverage,
+        })
     }
 }
 
@@ -332,6 +337,6 @@ fn normal_map_coverage(
 const MOST_LAYERS_OF_NORMALS: f64 = 8.0;
 
 /// Positions p − λ · δ, given the positions at λ = 1 (#V×3). #V×3, model units
-fn apply_offsets(model: &Model, denoised: &[DVec3], lambda: f64) -> Vec<DVec3> {
+pub(super) fn apply_offsets(model: &Model, denoised: &[DVec3], lambda: f64) -> Vec<DVec3> {
     model.surface().positions().iter().zip(denoised).map(|(p, q)| *p - lambda * (*p - *q)).collect()
 }

@@ -4,6 +4,7 @@ use super::{BakeTarget, LayoutChoice};
 use crate::denoise::NormalField;
 use crate::map::displacement::{MapKind, TexelFormat};
 use crate::map::normal_map::Convention;
+use crate::map::occlusion::Occlusion;
 use crate::map::{Interpolation, Texels, map_size};
 use crate::mesh::weld::Welding;
 use crate::named;
@@ -44,6 +45,22 @@ pub struct BakeSettings {
     pub convention: Convention,
     /// Files of the carrier.
     pub carriers: Carriers,
+    /// Ambient occlusion map of the denoised surface; `None` bakes none.
+    pub occlusion: Option<Occlusion>,
+    /// Curvature map of the denoised surface.
+    pub curvature: CurvatureMap,
+}
+
+named! {
+    /// Map of the curvature of the denoised surface.
+    #[derive(Default)]
+    pub enum CurvatureMap {
+        /// No map.
+        #[default]
+        None = "none",
+        /// Mean curvature, grey where the surface is flat, bright where it bulges and dark in cavities.
+        Mean = "mean",
+    }
 }
 
 named! {
@@ -113,6 +130,8 @@ mod tests {
             texel: TexelFormat::Exr16,
             convention: Convention::DirectX,
             carriers: Carriers::Obj,
+            occlusion: Some(Occlusion { rays: 7, distance: Some(0.25) }),
+            curvature: CurvatureMap::Mean,
         };
         let [default, chosen] = [&BakeSettings::default(), &settings].map(|s| serde_json::to_value(s).unwrap());
         for (field, value) in chosen.as_object().unwrap() {

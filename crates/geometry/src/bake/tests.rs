@@ -6,6 +6,7 @@ use crate::map::HeightMap;
 use crate::map::displace;
 use crate::map::displacement::{Displacement, Encoding, TexelFormat};
 use crate::map::manifest::{self, Layout};
+use crate::map::occlusion::Occlusion;
 use crate::mesh::jagged::Index;
 use crate::mesh::weld::Welding;
 use crate::progress::Silent;
@@ -110,6 +111,91 @@ fn arrays_and_a_file_of_the_same_numbers_give_the_same_maps() {
             assert!(bytes_of(&own, &format!("sheet{end}")) == bytes_of(&file, &format!("sheet{end}")), "{end}");
         }
     }
+}
+
+/// Occlusion with few rays, and curvature.
+fn shaded() -> BakeSettings {
+    let target = BakeTarget::from(Denoiser::Laplacian(Laplacian::default()));
+    let occlusion = Some(Occlusion { rays: 16, distance: Some(2.0) });
+    BakeSettings { target, occlusion, curvature: CurvatureMap::Mean, ..BakeSettings::default() }
+}
+
+/// Document of a binary glTF file.
+fn document_of(glb: &[u8]) -> serde_json::Value {
+    let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
+    serde_json::from_slice(&glb[20..20 + length]).unwrap()
+}
+
+#[test]
+fn maps_of_shading_are_in_the_manifest_and_in_the_gltf_file() {
+    let without_uvs = Arrays { uvs: Vec::new(), corner_uvs: Vec::new(), ..sheet() };
+    for (arrays, layout) in [(sheet(), Layout::Uv), (without_uvs, Layout::Vertex)] {
+        let model = Model::new(as_obj(&arrays), Welding::Exact);
+        let bundle = bake_of(&model, &shaded());
+        let manifest = Manifest::from_json(&bundle.files.last().unwrap().bytes).unwrap();
+        assert_eq!(manifest, bundle.manifest);
+        let (occlusion, curvature) = (manifest.occlusion.unwrap(), manifest.curvature.unwrap());
+        assert_eq!((occlusion.rays, occlusion.distance), (16, Some(2.0)));
+        assert!(curvature.range > 0.0);
+        let glb = document_of(bytes_of(&bundle, "sheet.glb"));
+        for (map, field) in [(&occlusion.map, "occlusion"), (&curvature.map, "curvature")] {
+            assert_eq!((map.file.as_str(), map.layout), (format!("sheet.{field}.png").as_str(), layout));
+            let bytes = bytes_of(&bundle, &map.file);
+            let entry = manifest.files.iter().find(|entry| entry.file == map.file).unwrap();
+            assert_eq!(entry.sha256, manifest::sha256(bytes));
+            let image = image::load_from_memory(bytes).unwrap();
+            assert_eq!((image.color(), image.width(), image.height()), (image::ColorType::L8, map.width, map.height));
+            let mut greys = image.into_luma8().into_raw();
+            greys.sort_unstable();
+            assert!(greys[0] < greys[greys.len() - 1], "{field} is not even");
+            for material in glb["materials"].as_array().unwrap() {
+                let described = &material["extras"]["planish"][field];
+                assert_eq!(described["file"], map.file);
+                let image = &glb["images"][glb["textures"][described["texture"].as_u64().unwrap() as usize]["source"]
+                    .as_u64()
+                    .unwrap() as usize];
+                assert_eq!(image["name"], map.file);
+                let attached = &material["occlusionTexture"]["index"];
+                let is_attached = field == "occlusion" && layout == Layout::Uv;
+                assert_eq!(*attached == described["texture"], is_attached, "{material}");
+            }
+        }
+    }
+}
+
+#[test]
+fn maps_of_shading_change_no_other_file() {
+    let model = Model::new(as_obj(&sheet()), Welding::Exact);
+    let plain = bake_of(&model, &BakeSettings { occlusion: None, curvature: CurvatureMap::None, ..shaded() });
+    let shaded = bake_of(&model, &shaded());
+    for file in plain.files.iter().filter(|file| !file.name.ends_with(".glb") && !file.name.ends_with(".json")) {
+        assert!(bytes_of(&shaded, &file.name) == file.bytes, "{}", file.name);
+    }
+    assert_eq!(shaded.files.len(), plain.files.len() + 2);
+    assert!(plain.manifest.occlusion.is_none() && !plain.manifest.to_json().contains("occlusion"));
+}
+
+#[test]
+fn bad_entries_of_shading_are_named() {
+    let bundle = bake_of(&Model::new(as_obj(&sheet()), Welding::Exact), &shaded());
+    let json: serde_json::Value = serde_json::from_slice(&bundle.files.last().unwrap().bytes).unwrap();
+    for (pointer, value, field) in [
+        ("/occlusion/width", 0.into(), "occlusion"),
+        ("/curvature/height", 70_000.into(), "curvature"),
+        ("/occlusion/distance", (-1.0).into(), "occlusion.distance"),
+        ("/curvature/range", (-0.5).into(), "curvature.range"),
+        ("/occlusion/file", "other.png".into(), "files"),
+    ] {
+        let mut json = json.clone();
+        let place: &mut serde_json::Value = json.pointer_mut(pointer).unwrap();
+        *place = value;
+        let error = Manifest::from_json(json.to_string().as_bytes()).unwrap_err().to_string();
+        assert!(error.contains(&format!("field `{field}`")), "{error}");
+    }
+    let mut few = json.clone();
+    (few["occlusion"]["layout"], few["occlusion"]["width"], few["occlusion"]["height"]) =
+        ("vertex".into(), 2.into(), 2.into());
+    assert!(Manifest::from_json(few.to_string().as_bytes()).is_err(), "four texels for 81 vertices");
 }
 
 #[test]

@@ -19,8 +19,10 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 
 mod clients;
+mod shading;
 
 pub use clients::{Blender, BlenderDirection, CentreMagnitude, Clients, MinMax, Mtl, ThreeJs};
+pub use shading::{CurvatureEntry, OcclusionEntry, ShadingMapEntry};
 
 /// Latest version of the format that this crate reads. It also reads the earlier ones, and writes the earliest one that has every
 /// field that a reader has to know: 1 without private texels, 2 with them.
@@ -60,6 +62,12 @@ pub struct Manifest {
     /// Normal map of the denoised surface; `None` if the texture coordinates do not allow one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal_map: Option<NormalMapEntry>,
+    /// Ambient occlusion map of the denoised surface; `None` if none was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub occlusion: Option<OcclusionEntry>,
+    /// Curvature map of the denoised surface; `None` if none was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curvature: Option<CurvatureEntry>,
     /// Mesh that carries the map.
     pub carrier: Carrier,
     /// Files of the bundle besides the manifest, so that a file of another bake is noticed; empty in manifests of earlier versions.
@@ -520,8 +528,20 @@ impl Manifest {
     /// Names of the files that the manifest describes: maps and carrier.
     fn described(&self) -> Vec<&str> {
         let normal_map = self.normal_map.as_ref().map(|map| map.file.as_str());
+        let shading = self.shading_maps().map(|(_, map)| map.file.as_str());
         let carrier = [Some(self.carrier.obj.as_str()), Some(self.carrier.mtl.as_str()), self.carrier.glb.as_deref()];
-        [Some(self.displacement.file.as_str()), normal_map].into_iter().chain(carrier).flatten().collect()
+        [Some(self.displacement.file.as_str()), normal_map]
+            .into_iter()
+            .flatten()
+            .chain(shading)
+            .chain(carrier.into_iter().flatten())
+            .collect()
+    }
+
+    /// Maps of shading, with the names of their fields.
+    fn shading_maps(&self) -> impl Iterator<Item = (&'static str, &ShadingMapEntry)> {
+        let occlusion = self.occlusion.as_ref().map(|entry| ("occlusion", &entry.map));
+        occlusion.into_iter().chain(self.curvature.as_ref().map(|entry| ("curvature", &entry.map)))
     }
 
     /// SHA-256 of a file of the bundle, hexadecimal; `None` if the manifest does not say, as those of earlier versions.
@@ -575,6 +595,16 @@ impl Manifest {
         let texels = map.size().texels();
         let problem = format!("{texels} texels are too few for {} vertices", self.source.vertices);
         ensure(has_texels, "displacement.width", problem)?;
+        for (field, map) in self.shading_maps() {
+            let problem = format!("{} × {} is no size for {} vertices", map.width, map.height, self.source.vertices);
+            let sides = [map.width, map.height].iter().all(|side| (1..=LARGEST_SIDE).contains(side));
+            let has_texels = map.layout == Layout::Uv || map.size().texels() >= self.source.vertices;
+            ensure(sides && has_texels, field, problem)?;
+        }
+        let range = self.curvature.as_ref().map_or(0.0, |entry| entry.range);
+        ensure(range.is_finite() && range >= 0.0, "curvature.range", format!("{range} is not a range"))?;
+        let distance = self.occlusion.as_ref().and_then(|entry| entry.distance).unwrap_or(1.0);
+        ensure(distance.is_finite() && distance > 0.0, "occlusion.distance", format!("{distance} is not above 0"))?;
         if !self.files.is_empty() {
             let listed = |name: &&str| self.files.iter().any(|entry| entry.file == **name);
             let absent = self.described().into_iter().find(|name| !listed(name));
@@ -625,7 +655,15 @@ pub fn named_files(bytes: &[u8]) -> Option<Vec<FileEntry>> {
     let text = |pointer: &str| value.pointer(pointer).and_then(serde_json::Value::as_str).map(str::to_owned);
     let mut files: Vec<FileEntry> =
         value.get("files").and_then(|files| Vec::deserialize(files).ok()).unwrap_or_default();
-    let pointers = ["/displacement/file", "/normal_map/file", "/carrier/obj", "/carrier/mtl", "/carrier/glb"];
+    let pointers = [
+        "/displacement/file",
+        "/normal_map/file",
+        "/occlusion/file",
+        "/curvature/file",
+        "/carrier/obj",
+        "/carrier/mtl",
+        "/carrier/glb",
+    ];
     for file in pointers.into_iter().filter_map(text) {
         if files.iter().all(|known| known.file != file) {
             files.push(FileEntry { file, sha256: String::new() });

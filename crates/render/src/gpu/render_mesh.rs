@@ -56,7 +56,7 @@ impl RenderMesh {
                     tangent: mesh.tangents.get(t).map_or(Vec4::ZERO, |frames| frame(frames[k])),
                     uv: triangle.uvs.map_or(Vec2::ZERO, |uvs| mesh.uvs[uvs[k] as usize]),
                     has_uv: if triangle.uvs.is_some() { 1.0 } else { 0.0 },
-                    _pad: 0.0,
+                    open: scene.open_at_vertex(vertex),
                 });
                 let side = match triangle.sides[k] {
                     Side::Edge => 0,

@@ -42,7 +42,7 @@ pub(crate) struct Frame {
     pub(crate) heat_relief: f32,
     pub(crate) vein_frequency: f32,
     pub(crate) vein_colour: Vec3,
-    pub(crate) _pad: f32,
+    pub(crate) occlusion: f32,
     pub(crate) lights: [Light; crate::settings::lights::MAX_LIGHTS],
 }
 
@@ -85,7 +85,7 @@ pub(crate) struct Wedge {
     pub(crate) tangent: Vec4,
     pub(crate) uv: Vec2,
     pub(crate) has_uv: f32,
-    pub(crate) _pad: f32,
+    pub(crate) open: f32,
 }
 
 /// Twin of `struct Eye`.
@@ -186,7 +186,7 @@ mod tests {
         assert_layout!(module, Displacement { bias, scale, lambda, kind });
         assert_layout!(module, Vertex { position, place, normal, texel });
         assert_layout!(module, Extra { tangent, uv, number, has_number });
-        assert_layout!(module, Wedge { normal, vertex, tangent, uv, has_uv, _pad });
+        assert_layout!(module, Wedge { normal, vertex, tangent, uv, has_uv, open });
         assert_layout!(
             module,
             Frame {
@@ -214,7 +214,7 @@ mod tests {
                 heat_relief,
                 vein_frequency,
                 vein_colour,
-                _pad,
+                occlusion,
                 lights
             }
         );

@@ -97,17 +97,22 @@ pub struct Ambient {
     pub ground: Colour,
     /// Strength of both colours.
     pub intensity: f32,
+    /// How much of the map of ambient occlusion shows, where there is one: 0 nothing, 1 all.
+    pub occlusion: f32,
 }
 
 impl Default for Ambient {
     fn default() -> Self {
-        Self { sky: Colour::hex(0xe8eef6), ground: Colour::hex(0xa08676), intensity: 0.24 }
+        Self { sky: Colour::hex(0xe8eef6), ground: Colour::hex(0xa08676), intensity: 0.24, occlusion: 1.0 }
     }
 }
 
 impl Ambient {
     /// Refuses a strength that no picture can be lit with.
     pub fn check(&self) -> Result<(), SettingsError> {
-        require(&[((0.0..=1e3).contains(&self.intensity), "ambient.intensity", "0..1000")])
+        require(&[
+            ((0.0..=1e3).contains(&self.intensity), "ambient.intensity", "0..1000"),
+            ((0.0..=1.0).contains(&self.occlusion), "ambient.occlusion", "0..1"),
+        ])
     }
 }

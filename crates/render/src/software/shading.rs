@@ -47,6 +47,8 @@ pub(crate) struct Fragment {
     /// Distances to the sides opposite the corners, samples.
     pub(crate) distances: Vec3,
     pub(crate) sides: [Side; 3],
+    /// Fraction of the ambient light that arrives.
+    pub(crate) open: f32,
 }
 
 /// Shader of a picture: everything that all its samples share.
@@ -89,22 +91,24 @@ impl<'a> Shader<'a> {
         let side = if fragment.face_normal.dot(to_eye) < 0.0 { -1.0 } else { 1.0 };
         let outwards = self.normal(fragment);
         let normal = side * outwards;
-        let position = fragment.position;
+        let (position, open) = (fragment.position, fragment.open);
         let plain = self.settings.material.colour.linear();
         let colour = match self.settings.shading {
-            Shading::Flat | Shading::Phong | Shading::Bump | Shading::NormalMap => self.lit(plain, position, normal),
+            Shading::Flat | Shading::Phong | Shading::Bump | Shading::NormalMap => {
+                self.lit(plain, position, normal, open)
+            }
             Shading::Gouraud => fragment.lit,
-            Shading::Texture => self.lit(self.textured(fragment), position, normal),
+            Shading::Texture => self.lit(self.textured(fragment), position, normal, open),
             Shading::Clay => self.clay(plain, normal),
             Shading::Normals => (0.5 * outwards + 0.5).map(linear_from_srgb),
             Shading::Marble => {
                 let vein = vein(marble_frequency(self.scene, self.settings) * position);
-                self.lit(plain.lerp(self.settings.marble.colour.linear(), vein), position, normal)
+                self.lit(plain.lerp(self.settings.marble.colour.linear(), vein), position, normal, open)
             }
-            Shading::Checker => self.lit(self.checker(fragment), position, normal),
+            Shading::Checker => self.lit(self.checker(fragment), position, normal, open),
             Shading::Height | Shading::Heat => {
                 let relief = self.settings.heat.relief;
-                self.heat(fragment) * Vec3::ONE.lerp(self.irradiance(position, normal), relief)
+                self.heat(fragment) * Vec3::ONE.lerp(self.irradiance(position, normal, open), relief)
             }
         };
         match self.settings.overlay {
@@ -151,7 +155,7 @@ impl<'a> Shader<'a> {
     }
 
     /// Blinn-Phong: what is scattered evenly, plus highlights.
-    pub(crate) fn lit(&self, base: Vec3, position: Vec3, normal: Vec3) -> Vec3 {
+    pub(crate) fn lit(&self, base: Vec3, position: Vec3, normal: Vec3, open: f32) -> Vec3 {
         let material = &self.settings.material;
         let to_eye = self.to_eye(position);
         let highlight = |light: usize| {
@@ -161,7 +165,7 @@ impl<'a> Shader<'a> {
             facing * normal.dot(half).max(0.0).powf(material.exponent) * radiance
         };
         let specular: Vec3 = (0..self.world_lights.len()).map(highlight).sum();
-        let scattered = base * self.irradiance(position, normal);
+        let scattered = base * self.irradiance(position, normal, open);
         let mirroring = |sampler: &EnvironmentSampler| sampler.mirroring(scattered, normal, to_eye);
         self.sampler.as_ref().map_or(scattered, mirroring) + material.specular * specular
     }
@@ -177,13 +181,22 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// Light that arrives, in units of what makes a white surface white.
-    fn irradiance(&self, position: Vec3, normal: Vec3) -> Vec3 {
+    /// Light that arrives, in units of what makes a white surface white; `open` is the fraction of the ambient light that arrives.
+    fn irradiance(&self, position: Vec3, normal: Vec3, open: f32) -> Vec3 {
         let lambert = |light: usize| {
             let (to_light, radiance) = self.incoming(light, position, normal);
             normal.dot(to_light).max(0.0) * radiance
         };
-        self.ambient(normal) + (0..self.world_lights.len()).map(lambert).sum::<Vec3>()
+        open * self.ambient(normal) + (0..self.world_lights.len()).map(lambert).sum::<Vec3>()
+    }
+
+    /// Fraction of the ambient light that arrives, by the picture where there is one, else by the number of the vertices.
+    pub(crate) fn open_at(&self, uv: Option<Vec2>, at_vertex: f32) -> f32 {
+        let open = match (self.scene.occlusion_map(), uv) {
+            (Some(map), Some(uv)) => map.at(uv, [Vec2::ZERO; 2], Sampling::Bilinear).x,
+            _ => at_vertex,
+        };
+        1.0 + (open - 1.0) * self.settings.ambient.occlusion
     }
 
     /// Diffuse light from everywhere.
@@ -199,7 +212,7 @@ impl<'a> Shader<'a> {
     /// Blends the ground at `point` over the colour behind it.
     pub(crate) fn over_ground(&self, behind: Vec3, point: Vec3, ground: &Disc) -> Vec3 {
         let cover = ground.cover(point);
-        let light = self.irradiance(point, ground.up);
+        let light = self.irradiance(point, ground.up, 1.0);
         if ground.show == Show::Plane {
             return behind.lerp(ground.colour * light, cover);
         }

@@ -58,7 +58,7 @@ fn front() -> Settings {
 
 /// Light that leaves base colours as they are.
 fn unlit(settings: &Settings) -> Settings {
-    let ambient = Ambient { sky: Colour::WHITE, ground: Colour::WHITE, intensity: 1.0 };
+    let ambient = Ambient { sky: Colour::WHITE, ground: Colour::WHITE, intensity: 1.0, occlusion: 1.0 };
     Settings { lights: Vec::new(), ambient, ..settings.clone() }
 }
 
@@ -155,7 +155,7 @@ fn flat_sphere_has_the_blinn_phong_colour_of_its_middle_triangle() {
         kind: <_>::default(),
         anchor: <_>::default(),
     };
-    let ambient = Ambient { sky: Colour::WHITE, ground: Colour::hex(0), intensity: 0.25 };
+    let ambient = Ambient { sky: Colour::WHITE, ground: Colour::hex(0), intensity: 0.25, occlusion: 1.0 };
     let camera = Camera { yaw: 70.0, pitch: 20.0, projection: Projection::Orthographic, ..Camera::default() };
     let settings = Settings { shading: Shading::Flat, lights: vec![light], ambient, camera, ..front() };
     let image = render(&scene, &settings);

@@ -2,9 +2,10 @@
 
 use crate::golden::shadows;
 use crate::support::{duck, no_complaints, renderer, small};
+use glam::Vec3;
 use image::RgbaImage;
 use planish_render::gpu::Backend;
-use planish_render::scene::Scene;
+use planish_render::scene::{Occlusion, Scene};
 use planish_render::settings::lights::{Light, LightKind};
 use planish_render::settings::{Normals, Overlay, Sampling, Settings, Shading};
 use planish_render::software;
@@ -97,6 +98,41 @@ fn triangles_have_their_own_textures_or_none() {
     agree(&scene, &settings, &image, "bands");
     let bluish = image.pixels().filter(|p| u16::from(p.0[2]) > 2 * u16::from(p.0[0])).count();
     assert!(bluish > image.pixels().len() / 50, "{bluish}");
+    no_complaints(&renderer);
+}
+
+/// Picture that darkens ambient light along u, and in stripes along v.
+fn dark_stripes() -> RgbaImage {
+    RgbaImage::from_fn(64, 48, |x, y| {
+        let grey = if y / 4 % 2 == 0 { 4 * x as u8 } else { 255 };
+        image::Rgba([grey, grey, grey, 255])
+    })
+}
+
+#[test]
+fn occlusion_darkens_ambient_light_alike() {
+    let renderer = renderer(Backend::Vulkan);
+    let plain = duck();
+    let in_picture = Occlusion::Picture(Texture::new(dark_stripes(), Content::Data).unwrap());
+    let of_height = |p: &Vec3| if p.y > 0.0 { 0.1 } else { 0.9 };
+    let at_vertices = Occlusion::Vertices(plain.mesh().positions.iter().map(of_height).collect());
+    for (kind, occlusion) in [("picture", in_picture), ("vertices", at_vertices)] {
+        let mut scene = plain.clone();
+        scene.occlusion = Some(occlusion);
+        let gpu_scene = renderer.upload(&scene).unwrap();
+        for shading in [Shading::Phong, Shading::Gouraud, Shading::Texture, Shading::Height, Shading::Flat] {
+            let mut settings = Settings { shading, ..settings() };
+            (settings.ambient.intensity, settings.ambient.occlusion) = (0.8, 0.9);
+            let picture = renderer.image_of(&gpu_scene, &scene, &settings);
+            agree(&scene, &settings, &picture, &format!("{kind} {shading:?}"));
+            let light = |image: &RgbaImage| image.pixels().map(|p| u64::from(p.0[1])).sum::<u64>();
+            let open = software::render(&plain, &settings);
+            assert!(light(&picture) < light(&open), "{kind} {shading:?} is not darker");
+            settings.ambient.occlusion = 0.0;
+            let without = software::render(&scene, &settings);
+            assert!(without == software::render(&plain, &settings), "{kind} {shading:?}: nothing shows at 0");
+        }
+    }
     no_complaints(&renderer);
 }
 

@@ -3,12 +3,15 @@
 use planish_files::bake_files::{self, Job};
 use planish_files::failure::Failure;
 use planish_files::input;
-use planish_geometry::bake::{BakeSettings, BakeTarget, Carriers, Lambda, LargestSide, LayoutChoice, Quanta};
+use planish_geometry::bake::{
+    BakeSettings, BakeTarget, Carriers, CurvatureMap, Lambda, LargestSide, LayoutChoice, Quanta,
+};
 use planish_geometry::denoise::limits::{Direction, Limits, Mask, Volume, WeightMask};
 use planish_geometry::denoise::{Denoiser, Denoising, NormalField};
 use planish_geometry::map::displacement::{MapKind, TexelFormat};
 use planish_geometry::map::manifest::{Layout, Manifest, Method, UvSource};
 use planish_geometry::map::normal_map::Convention;
+use planish_geometry::map::occlusion::Occlusion;
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::named::Named;
 use std::path::{Path, PathBuf};
@@ -110,6 +113,8 @@ impl BakeConfig {
             texel: map.texel,
             convention: normal_map.as_ref().map_or_else(Convention::default, |entry| entry.convention),
             carriers: if manifest.carrier.glb.is_none() { Carriers::Obj } else { Carriers::ObjAndGlb },
+            occlusion: manifest.occlusion.as_ref().map(|o| Occlusion { rays: o.rays, distance: o.distance }),
+            curvature: if manifest.curvature.is_none() { CurvatureMap::None } else { CurvatureMap::Mean },
         };
         Self { denoiser, limits, target, settings }
     }
@@ -140,6 +145,12 @@ impl BakeConfig {
         add_settings(&self.settings, &mut add);
         if self.target.is_none() && self.limits.preserve_volume {
             out.push("--preserve-volume".to_owned());
+        }
+        if self.settings.occlusion.is_some() {
+            out.push("--ao".to_owned());
+        }
+        if self.settings.curvature == CurvatureMap::Mean {
+            out.push("--curvature".to_owned());
         }
         if self.settings.carriers == Carriers::Obj {
             out.push("--no-glb".to_owned());
@@ -213,8 +224,10 @@ fn add_settings(settings: &BakeSettings, add: &mut impl FnMut(&str, String)) {
         texels,
         texel,
         convention,
-        // A flag, which has no value.
+        occlusion,
+        // Flags, which have no value.
         carriers: _,
+        curvature: _,
     } = settings;
     match welding {
         Welding::Exact => {}
@@ -242,6 +255,10 @@ fn add_settings(settings: &BakeSettings, add: &mut impl FnMut(&str, String)) {
     unless(*texel == default.texel, "format", texel.file().name().to_owned());
     unless(*texel == default.texel, "bits", texel.bits().to_string());
     unless(*convention == default.convention, "normal-convention", convention.name().to_owned());
+    if let Some(Occlusion { rays, distance }) = occlusion {
+        unless(*rays == Occlusion::default().rays, "ao-rays", rays.to_string());
+        unless(distance.is_none(), "ao-distance", distance.unwrap_or_default().to_string());
+    }
 }
 
 /// Lists all values of an enum with their names.
@@ -294,9 +311,10 @@ mod tests {
         bake_config.settings.map = MapKind::VectorTangent;
         bake_config.settings.texel = TexelFormat::Exr16;
         bake_config.settings.carriers = Carriers::Obj;
+        bake_config.settings.occlusion = Some(Occlusion { rays: 64, distance: Some(0.5) });
+        bake_config.settings.curvature = CurvatureMap::Mean;
         let words = bake_config.command(Path::new("a.obj"), Path::new("a-planish"));
-        let expected =
-            "planish bake a.obj --method taubin --map vector --space tangent --format exr --bits 16 --no-glb";
+        let expected = "planish bake a.obj --method taubin --map vector --space tangent --format exr --bits 16 --ao-rays 64 --ao-distance 0.5 --ao --curvature --no-glb";
         assert_eq!(words, expected);
     }
 }

@@ -3,6 +3,7 @@
 
 use super::bake_config::BakeConfig;
 use crate::open::{self, Files, Opened, OpenedMap};
+use crate::report;
 use image::{Rgba, RgbaImage};
 use planish_files::bake_files::{Baked, Job};
 use planish_files::failure::Failure;
@@ -46,6 +47,8 @@ pub struct Map {
     pub vertices: Vec<ShaderVertex>,
     /// Picture of the map: heights as greys, or vectors as colours.
     pub picture: RgbaImage,
+    /// Sentences about what was found in the mesh and what the map does.
+    pub summary: String,
     /// Reasons for the layout and size of the map, in words.
     pub reasons: Vec<String>,
     /// Warnings about the bake.
@@ -160,7 +163,9 @@ fn with_map(path: &Path, trust: Trust, progress: &dyn Progress) -> Result<(Docum
     let scene = Arc::clone(&document.scene);
     let picture = picture(&scene);
     let origin = Origin::File(path.to_owned());
-    let map = Map { scene, manifest, vertices, picture, reasons: Vec::new(), warnings: Vec::new(), origin };
+    let summary = report::summary_of(&scene, &manifest);
+    let (reasons, warnings) = (Vec::new(), Vec::new());
+    let map = Map { scene, manifest, vertices, picture, summary, reasons, warnings, origin };
     Ok((document, Some(map)))
 }
 
@@ -203,7 +208,8 @@ pub fn bake(
     let (warnings, picture) = (baked.warnings.clone(), picture(&scene));
     let origin =
         Origin::Baked { bake_config: Box::new(bake_config.clone()), folder: folder.to_owned(), baked: Box::new(baked) };
-    Ok(Map { scene: Arc::new(scene), manifest, vertices, picture, reasons, warnings, origin })
+    let summary = report::summary_of(&scene, &manifest);
+    Ok(Map { scene: Arc::new(scene), manifest, vertices, picture, summary, reasons, warnings, origin })
 }
 
 /// A line about the map: size, bits, formula.

@@ -7,6 +7,7 @@ use super::measurement::Clean;
 use super::schedule::without_camera;
 use super::{App, MessageKind, jobs};
 use planish_files::failure::Failure;
+use planish_render::settings::Shading;
 use planish_render::settings::camera::Camera;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -72,6 +73,7 @@ impl App {
             (self.choices.bake_config.limits.mask, self.choices.bake_config.limits.lines) = <_>::default();
         }
         if !again {
+            self.choices.view.shading = shading_of(&document, self.choices.view.shading);
             self.choices.view.camera = Camera { up: self.choices.view.camera.up, ..<_>::default() };
         }
         (self.choices.view.displace.bias, self.choices.view.displace.scale) = (None, None);
@@ -130,6 +132,16 @@ impl App {
             Some(Err(Failure::Interrupted)) => self.say(MessageKind::Warning, Failure::Interrupted.to_string()),
             Some(Err(failure)) => self.fail(&failure),
         }
+    }
+}
+
+/// Shading in which a mesh is shown first: with its textures where it has some, unless another one than the usual was chosen.
+fn shading_of(document: &Document, chosen: Shading) -> Shading {
+    let is_textured = !document.scene.textures.all().is_empty();
+    match chosen {
+        Shading::Phong if is_textured => Shading::Texture,
+        Shading::Texture if !is_textured => Shading::Phong,
+        other => other,
     }
 }
 

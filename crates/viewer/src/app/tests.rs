@@ -5,6 +5,7 @@ use super::*;
 use planish_geometry::denoise::Denoiser;
 use planish_geometry::mesh::shapes;
 use planish_geometry::source::format::Format;
+use planish_render::settings::Shading;
 use std::fs;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
@@ -292,4 +293,26 @@ fn a_clean_mesh_is_measured_against_while_lambda_moves() {
     bench.app.compare_with(&other);
     bench.until("refused", |app| app.messages().iter().any(|m| m.text.contains("the clean mesh has 3 vertices")));
     assert!(bench.app.clean().is_none());
+}
+
+#[test]
+fn a_textured_scan_is_shown_with_its_texture_at_once() {
+    let mut bench = Bench::new();
+    let square = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl a\nf 1/1 2/2 3/3 4/4\n";
+    fs::write(bench.path("textured.obj"), square).unwrap();
+    fs::write(bench.path("a.mtl"), "newmtl a\nmap_Kd a.png\n").unwrap();
+    image::RgbImage::from_pixel(2, 2, image::Rgb([200, 30, 30])).save(bench.path("a.png")).unwrap();
+    for (file, chosen, expected) in [
+        ("textured.obj", Shading::Phong, Shading::Texture),
+        ("in.obj", Shading::Texture, Shading::Phong),
+        ("textured.obj", Shading::Clay, Shading::Clay),
+    ] {
+        bench.app.choices.view.shading = chosen;
+        let path = bench.path(file);
+        bench.app.open(&path);
+        bench.until(file, |app| app.document().is_some_and(|document| document.mesh == path));
+        assert_eq!(bench.app.choices.view.shading, expected, "{file}");
+        bench.until("the map", |app| app.map().is_some());
+        assert!(!bench.app.map().unwrap().summary.is_empty());
+    }
 }

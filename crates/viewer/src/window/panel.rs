@@ -31,6 +31,13 @@ fn all(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     buttons(ui, app, ui_state);
     ui.separator();
     lambda(ui, app, ui_state);
+    if app.document().is_some() {
+        method::strength(ui, app, ui_state);
+    }
+    // Of other methods than `auto` there is nothing to say that their settings do not.
+    if let Some(map) = app.map().filter(|map| map.manifest.choice.is_some()) {
+        ui.label(&map.summary);
+    }
     view_settings::shading(ui, app, ui_state);
     section(ui, "Denoise", true, |ui| method::show(ui, app, ui_state));
     section(ui, "Compare", true, |ui| compare::show(ui, app, ui_state));

@@ -1,7 +1,8 @@
 //! Materials of a glTF file, with their textures and images.
 
 use super::glb::{self, Buffer};
-use super::{Carrier, Filter, Textures};
+use super::{Carrier, Filter, ShadingMap, Textures};
+use crate::map::manifest::Layout;
 use crate::mesh::jagged::Index;
 use crate::source::gltf::percent_decoded;
 use crate::source::materials::{CARRIER_MATERIAL, Material};
@@ -25,6 +26,15 @@ pub(super) fn media_type(bytes: &[u8]) -> &'static str {
     }
 }
 
+/// Sampler with a filter, which goes on beyond the unit square as at its border.
+fn sampler(filter: Filter) -> Value {
+    let filter = match filter {
+        Filter::Nearest => 9728,
+        Filter::Linear => 9729,
+    };
+    json!({ "magFilter": filter, "minFilter": filter, "wrapS": CLAMP_TO_EDGE, "wrapT": CLAMP_TO_EDGE })
+}
+
 /// True if glTF allows textures of this media type.
 fn is_texture(media_type: &str) -> bool {
     matches!(media_type, "image/png" | "image/jpeg")
@@ -37,6 +47,8 @@ pub(super) struct Materials<'a> {
     files: Option<Textures<'a>>,
     /// Description of the maps, which each material repeats.
     extras: Value,
+    /// Index of the texture with ambient occlusion, if it lies in the texture coordinates of the mesh.
+    occlusion: Option<usize>,
     materials: Vec<Value>,
     textures: Vec<Value>,
     images: Vec<Value>,
@@ -58,8 +70,10 @@ impl<'a> Materials<'a> {
         for material in carrier.materials {
             defined.entry(material.name.as_str()).or_insert(material);
         }
-        let mut new = Self { carrier, files, extras, materials, textures, images, samplers, set: 1, known, defined };
-        new.extras = json!({ "displacement": new.displacement(buffer), "normalMap": carrier.normal_map });
+        let occlusion = None;
+        let mut new =
+            Self { carrier, files, extras, occlusion, materials, textures, images, samplers, set: 1, known, defined };
+        new.add_maps(buffer);
         new
     }
 
@@ -77,8 +91,10 @@ impl<'a> Materials<'a> {
         let (materials, textures, images) = (take("materials"), take("textures"), take("images"));
         let (samplers, extras) = (take("samplers"), Value::Null);
         let (known, defined) = (FxHashMap::default(), FxHashMap::default());
-        let mut new = Self { carrier, files: None, extras, materials, textures, images, samplers, set, known, defined };
-        new.extras = json!({ "displacement": new.displacement(buffer), "normalMap": carrier.normal_map });
+        let (files, occlusion) = (None, None);
+        let mut new =
+            Self { carrier, files, extras, occlusion, materials, textures, images, samplers, set, known, defined };
+        new.add_maps(buffer);
         new
     }
 
@@ -96,6 +112,11 @@ impl<'a> Materials<'a> {
             entry["extras"] = json!({});
         }
         entry["extras"]["planish"] = self.extras.clone();
+        // A map that the artist made stays.
+        if let Some(texture) = self.occlusion.filter(|_| entry["occlusionTexture"].is_null()) {
+            let set = entry["pbrMetallicRoughness"]["baseColorTexture"]["texCoord"].as_u64().unwrap_or(0);
+            entry["occlusionTexture"] = json!({ "index": texture, "texCoord": set });
+        }
         material
     }
 
@@ -121,19 +142,46 @@ impl<'a> Materials<'a> {
         }
     }
 
+    /// Adds all maps of the carrier, and describes them.
+    fn add_maps(&mut self, buffer: &mut Buffer) {
+        let carrier = self.carrier;
+        self.extras = json!({ "displacement": self.displacement(buffer), "normalMap": carrier.normal_map });
+        for (name, map) in [("occlusion", &carrier.occlusion), ("curvature", &carrier.curvature)] {
+            let Some(map) = map else { continue };
+            let (texture, description) = self.shading(buffer, map);
+            self.extras[name] = description;
+            if name == "occlusion" && map.layout == Layout::Uv {
+                self.occlusion = Some(texture);
+            }
+        }
+    }
+
+    /// Adds a map of shading and returns the index of its texture and its description. Where it has a texel for each vertex, it is
+    /// sampled like the displacement map; else at the texture coordinates of the mesh.
+    fn shading(&mut self, buffer: &mut Buffer, map: &ShadingMap) -> (usize, Value) {
+        let name = map.entry.get("file").and_then(Value::as_str).unwrap_or("shading");
+        let image = self.image(buffer, name, map.bytes);
+        let mut entry = Object::new();
+        let texture = if map.layout == Layout::Vertex {
+            self.samplers.push(sampler(Filter::Nearest));
+            entry.insert("texCoord".to_owned(), self.set.into());
+            self.texture(json!({ "sampler": self.samplers.len() - 1, "source": image }))
+        } else {
+            self.texture(json!({ "source": image }))
+        };
+        entry.insert("texture".to_owned(), texture.into());
+        entry.insert("mimeType".to_owned(), media_type(map.bytes).into());
+        entry.extend(map.entry.clone());
+        (texture, entry.into())
+    }
+
     /// Adds the displacement map and returns its description.
     fn displacement(&mut self, buffer: &mut Buffer) -> Value {
         let map = &self.carrier.map;
         let media_type = media_type(map.bytes);
         let mut entry = Object::new();
         if is_texture(media_type) {
-            let filter = match map.filter {
-                Filter::Nearest => 9728,
-                Filter::Linear => 9729,
-            };
-            self.samplers.push(json!({
-                "magFilter": filter, "minFilter": filter, "wrapS": CLAMP_TO_EDGE, "wrapT": CLAMP_TO_EDGE,
-            }));
+            self.samplers.push(sampler(map.filter));
             let name = map.entry.get("file").and_then(Value::as_str).unwrap_or("displacement");
             let image = self.image(buffer, name, map.bytes);
             entry.insert(
@@ -187,11 +235,14 @@ impl<'a> Materials<'a> {
         if let Some(texture) = texture {
             shading["baseColorTexture"] = json!({ "index": texture });
         }
+        let mut entry = json!({ "name": name, "pbrMetallicRoughness": shading, "doubleSided": true });
+        if let Some(texture) = self.occlusion {
+            entry["occlusionTexture"] = json!({ "index": texture });
+        }
         // The normal map is described, not attached as `normalTexture`: it changes the normals to those of the denoised
         // surface, which the morph target does as well, and together they would do it twice.
-        self.materials.push(json!({
-            "name": name, "pbrMetallicRoughness": shading, "doubleSided": true, "extras": { "planish": self.extras },
-        }));
+        entry["extras"] = json!({ "planish": self.extras });
+        self.materials.push(entry);
         self.materials.len() - 1
     }
 

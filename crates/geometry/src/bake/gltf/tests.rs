@@ -122,6 +122,8 @@ impl Owned {
             materials: &self.materials,
             map: Map { bytes: PNG, filter: Filter::Linear, entry },
             normal_map: json!({ "file": "n.png" }),
+            occlusion: None,
+            curvature: None,
         }
     }
     #[track_caller]
@@ -283,6 +285,8 @@ fn colours_of_vertices_are_linear() {
         map: Map { bytes: &png, filter: Filter::Linear, entry: Object::new() },
         relocate: &str::to_owned,
         normal_map: Value::Null,
+        occlusion: None,
+        curvature: None,
     };
     let bytes = glb(&carrier, &no_files).unwrap();
     let file = crate::source::Source::parse(bytes, None).unwrap();

@@ -46,7 +46,13 @@ impl Layouts {
             ),
             textures: group(
                 "textures",
-                &[(fragment, FILTERED), (fragment, SAMPLER), (fragment, EXACT), (fragment, EXACT)],
+                &[
+                    (fragment, FILTERED),
+                    (fragment, SAMPLER),
+                    (fragment, EXACT),
+                    (fragment, EXACT),
+                    (ShaderStages::VERTEX_FRAGMENT, EXACT),
+                ],
             ),
             results: group("results", &[WRITE, WRITE, READ].map(|kind| (ShaderStages::COMPUTE, kind))),
         }

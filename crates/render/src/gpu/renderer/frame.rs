@@ -51,6 +51,7 @@ pub(super) fn frame(picture: &Picture, scale: f32) -> Frame {
         vein_frequency: marble_frequency(scene, settings),
         heat_relief: settings.heat.relief,
         line_width: LINE_WIDTH * scale,
+        occlusion: settings.ambient.occlusion,
         normal_strength: normal_map_strength(scene, settings).unwrap_or(0.0),
         ..Frame::default()
     };
@@ -59,8 +60,12 @@ pub(super) fn frame(picture: &Picture, scale: f32) -> Frame {
     {
         (frame.heat_low, frame.heat_high, frame.has_heat) = (range.low, range.high, 1);
     }
-    // HAS_NORMAL_MAP, HAS_HEIGHTS_IN_UV
-    let has = [scene.normal_map.is_some(), scene.displacement.as_ref().is_some_and(DisplacementBinding::in_uv)];
+    // HAS_NORMAL_MAP, HAS_HEIGHTS_IN_UV, HAS_OCCLUSION_MAP
+    let has = [
+        scene.normal_map.is_some(),
+        scene.displacement.as_ref().is_some_and(DisplacementBinding::in_uv),
+        scene.occlusion_map().is_some(),
+    ];
     frame.has = (0..).zip(has).map(|(bit, has)| u32::from(has) << bit).sum();
     for (slot, world_light) in frame.lights.iter_mut().zip(world_lights(scene, settings, view)) {
         let WorldLight { position, radiance, axis, cos_outer, cos_inner } = world_light;

@@ -35,6 +35,7 @@ pub struct GpuScene {
     /// White texel that stands in where there is no texture.
     plain: wgpu::TextureView,
     normal_map: wgpu::TextureView,
+    occlusion_map: wgpu::TextureView,
     bytes: u64,
     /// Colour maps, in the order of [`Colormap::ALL`].
     heat_maps: Vec<wgpu::TextureView>,
@@ -96,6 +97,7 @@ impl GpuScene {
             runs: mesh.runs,
             textures: scene.textures.all().iter().map(uploaded).collect(),
             normal_map: scene.normal_map.as_ref().map_or_else(|| plain.clone(), uploaded),
+            occlusion_map: scene.occlusion_map().map_or_else(|| plain.clone(), uploaded),
             plain,
             heat_maps: Colormap::ALL.iter().map(|map| targets::row(gpu, &texels(*map))).collect(),
         })
@@ -119,7 +121,8 @@ impl GpuScene {
         let heat_map = Colormap::ALL.iter().position(|map| *map == settings.heat.map).unwrap_or(0);
         let view = wgpu::BindingResource::TextureView;
         let sampler = wgpu::BindingResource::Sampler(samplers.of(settings.sampling));
-        let resources = [view(texture), sampler, view(&self.normal_map), view(&self.heat_maps[heat_map])];
+        let [normals, heat, occlusion] = [&self.normal_map, &self.heat_maps[heat_map], &self.occlusion_map].map(view);
+        let resources = [view(texture), sampler, normals, heat, occlusion];
         bind(device, &layouts.textures, &resources)
     }
 }

@@ -7,7 +7,7 @@ use crate::app::bake_config;
 use crate::app::document::{self, Map};
 use egui::{Color32, ColorImage, Rect, Sense, Ui, Vec2, pos2};
 use planish_files::text;
-use planish_geometry::bake::{BakeSettings, Carriers, LayoutChoice};
+use planish_geometry::bake::{BakeSettings, Carriers, CurvatureMap, LayoutChoice};
 use planish_geometry::map::displacement::{Displacement, TexelFormat};
 use std::sync::Arc;
 
@@ -134,6 +134,14 @@ fn settings(ui: &mut Ui, settings: &mut BakeSettings) {
         .on_hover_text("how far off a vertex may be for the layout auto to use the mesh's own UVs");
     ui.add(egui::Slider::new(&mut settings.lambda.0, 0.0..=1.5).text("λ of the files"))
         .on_hover_text("for the normal map and the settings of other programs");
+    let mut occlusion = settings.occlusion.is_some();
+    ui.checkbox(&mut occlusion, "ambient occlusion").on_hover_text(
+        "a picture of how much of the light from all around reaches each place of the denoised surface; takes a while",
+    );
+    settings.occlusion = occlusion.then(|| settings.occlusion.unwrap_or_default());
+    let mut curvature = settings.curvature == CurvatureMap::Mean;
+    ui.checkbox(&mut curvature, "curvature").on_hover_text("a picture of bulges, bright, and cavities, dark");
+    settings.curvature = if curvature { CurvatureMap::Mean } else { CurvatureMap::None };
     let mut glb = settings.carriers == Carriers::ObjAndGlb;
     ui.checkbox(&mut glb, "glTF as well");
     settings.carriers = if glb { Carriers::ObjAndGlb } else { Carriers::Obj };

@@ -55,6 +55,33 @@ pub(super) fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     });
 }
 
+/// Name of the parameter that says how much of the noise a method takes off.
+const STRENGTH: &str = "strength";
+
+/// The dial for how much of the noise is taken off, for methods that have one; a change bakes again, unlike λ.
+pub(super) fn strength(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
+    let bake_config = &mut app.choices.bake_config;
+    let denoiser = &mut bake_config.denoiser;
+    let parameter = denoiser.options().find(|parameter| parameter.name == STRENGTH);
+    let Some(parameter) = parameter.filter(|_| bake_config.target.is_none()) else { return };
+    let before = denoiser.get(parameter).as_f64().unwrap_or(1.0);
+    let mut number = before;
+    ui.horizontal(|ui| {
+        ui.spacing_mut().slider_width = (ui.available_width() - 130.0).max(60.0);
+        ui.label("strength");
+        let slider = egui::Slider::new(&mut number, 0.0..=2.0_f64.max(before)).max_decimals(2);
+        let slider = ui.add(slider.clamping(egui::SliderClamping::Never));
+        ui_state.mark(parameter.label, slider.rect);
+        slider.on_hover_text(
+            "how much noise is looked for, times what was measured: 1 takes off what was found, less keeps more detail",
+        );
+    });
+    if number != before {
+        // A value that is not allowed changes nothing, and the widget goes back.
+        let _ = denoiser.set_parameter(parameter, number.into());
+    }
+}
+
 /// Shows what `auto` measured and chose, in words.
 fn chosen(ui: &mut Ui, app: &App) {
     if app.choices.bake_config.denoiser.name() == "auto"
@@ -99,7 +126,8 @@ fn parameters(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     let is_scalar = app.choices.bake_config.settings.map == MapKind::Scalar;
     let denoiser = &mut app.choices.bake_config.denoiser;
     for parameter in denoiser.options() {
-        if is_scalar && parameter.name == "motion" {
+        // The strength stands beside λ.
+        if (is_scalar && parameter.name == "motion") || parameter.name == STRENGTH {
             continue;
         }
         let before = denoiser.get(parameter);

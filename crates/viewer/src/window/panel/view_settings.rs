@@ -23,12 +23,17 @@ pub(super) fn shading(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
 }
 
 pub(super) fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
+    let is_occluded = app.map().is_some_and(|map| map.scene.occlusion.is_some());
     let view = &mut app.choices.view;
     choose(ui, "overlay", &mut view.overlay, Overlay::ALL.iter().map(|o| (name(o), *o)));
     choose(ui, "normals", &mut view.displace.normals, Normals::ALL.iter().map(|n| (name(n), *n)));
     choose(ui, "sampling", &mut view.sampling, Sampling::ALL.iter().map(|s| (name(s), *s)));
     camera(ui, view);
     lights(ui, view, ui_state);
+    if is_occluded {
+        let slider = ui.add(egui::Slider::new(&mut view.ambient.occlusion, 0.0..=1.0).text("occlusion"));
+        slider.on_hover_text("how much the map of ambient occlusion takes off the ambient light");
+    }
     shadows(ui, view);
     material(ui, view);
     surroundings(ui, view, ui_state);
