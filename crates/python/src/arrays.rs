@@ -53,7 +53,7 @@ pub(crate) fn array(py: Python, points: Vec<DVec3>) -> PyResult<Bound<PyArray2<f
 /// Makes an array (n×2) of pairs, without a copy.
 pub(crate) fn array_of_pairs(py: Python, pairs: Vec<DVec2>) -> PyResult<Bound<PyArray2<f64>>> {
     let rows = pairs.len();
-    let numbers: Vec<f64> = pairs.iter().flat_map(|pair| pair.to_array()).collect();
+    let numbers: Vec<f64> = pairs.iter().flat_map(DVec2::to_array).collect();
     numbers.into_pyarray(py).reshape([rows, 2])
 }
 

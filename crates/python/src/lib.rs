@@ -1,6 +1,8 @@
 //! The native part of the Python package `planish`. It takes and gives arrays of NumPy and JSON; the modules in `planish/` make
 //! keyword arguments, classes and meshes of other packages of them.
 
+#![allow(clippy::needless_pass_by_value, reason = "PyO3 hands arguments over by value")]
+
 mod arrays;
 mod bundle;
 mod errors;

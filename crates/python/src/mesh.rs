@@ -154,7 +154,7 @@ impl Mesh {
                 positions: positions.to_vec(),
                 faces: faces.iter().map(<[Index]>::to_vec).collect(),
                 uvs: uvs.to_vec(),
-                corner_uvs: uv_faces.iter().flat_map(|faces| faces.indices()).copied().map(Some).collect(),
+                corner_uvs: uv_faces.iter().flat_map(Faces::indices).copied().map(Some).collect(),
                 ..Arrays::default()
             });
             let data = data.map_err(|e| Failure::Input(e.to_string()))?;

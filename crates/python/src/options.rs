@@ -54,7 +54,10 @@ impl MethodOptions {
             return Err(Failure::Input(format!("`max_displacement` is a number between 0 and 1000000, not {d}")));
         }
         let volume = if self.preserve_volume { Volume::Preserve } else { Volume::Free };
-        Ok(Denoising { denoiser, limits: Limits { fixed, max_displacement: self.max_displacement, volume, ..Limits::default() } })
+        Ok(Denoising {
+            denoiser,
+            limits: Limits { fixed, max_displacement: self.max_displacement, volume, ..Limits::default() },
+        })
     }
 }
 

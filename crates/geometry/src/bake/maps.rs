@@ -123,7 +123,17 @@ impl Maps {
         let size = channels[0].size;
         let coverage = for_normals.map(|(coverage, _)| coverage);
         Ok(Self {
-            offsets, frames, plan, size, encoding, channels, private, findings, displacement, normal_map, coverage,
+            offsets,
+            frames,
+            plan,
+            size,
+            encoding,
+            channels,
+            private,
+            findings,
+            displacement,
+            normal_map,
+            coverage,
         })
     }
 }
