@@ -94,7 +94,7 @@ fn an_option_of_another_method_is_refused_with_the_methods_it_goes_with() {
             "--method l0 --closeness 1",
             "--closeness goes with --method sun, bilateral-normals, guided-normals, tgv-normals",
         ),
-        ("--method sun --network uniform", "--network goes with --method laplacian, taubin, implicit"),
+        ("--method sun --weights uniform", "--weights goes with --method laplacian, taubin, implicit"),
         ("--method l0 --iterations 3", "--iterations goes with --method laplacian, taubin, hc, implicit, bilateral, "),
         ("--preset paper", "--preset paper goes with --method hc, bilateral, sun, "),
     ] {

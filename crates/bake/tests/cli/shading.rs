@@ -51,7 +51,6 @@ fn bad_options_of_shading_are_named() {
         ("--ao --ao-rays 70000", "from 1 to 65536"),
         ("--ao --ao-distance 0", "not a length above 0"),
         ("--ao --ao-distance nan", "--ao-distance"),
-        ("--ao-rays 8", "--ao"),
     ] {
         folder.refuses_usage(&format!("bake in.obj {options}"), &[expected]);
     }

@@ -3,7 +3,7 @@
 use crate::mesh::surface::Surface;
 use glam::{DVec3, Vec3A};
 use obvhs::BvhBuildParams;
-use obvhs::cwbvh::{CwBvh, builder::build_cwbvh_from_tris};
+use obvhs::bvh2::{Bvh2, builder::build_bvh2_from_tris};
 use obvhs::ray::Ray;
 use obvhs::rt_triangle::RtTriangle;
 use obvhs::triangle::Triangle;
@@ -11,10 +11,11 @@ use std::time::Duration;
 
 /// Bounding-volume hierarchy of triangles, which tells whether a ray meets one.
 ///
-/// Triangles are kept in single precision, in a box about the origin whose longest half side is [`HALF`].
+/// Triangles are kept in single precision, in a box about the origin whose longest half side is 1. The nodes are not compressed: those of
+/// eight children round, and pass over what is nearer than 1e-4 to the start of a ray.
 pub(crate) struct RayTree {
     /// Hierarchy over the triangles; `None` without any.
-    tree: Option<CwBvh>,
+    tree: Option<Bvh2>,
     /// Triangles in the order of the hierarchy.
     triangles: Vec<RtTriangle>,
     /// Centre of the bounding box, model units.
@@ -23,13 +24,9 @@ pub(crate) struct RayTree {
     scale: f64,
 }
 
-/// Half of the longest side of the box. The hierarchy passes over whatever is nearer than 1e-4 to the start of a ray, which in a
-/// box of this size is less than the rounding of single precision.
-const HALF: f64 = 4096.0;
-
-/// Distance by which a ray starts above its surface, so that rounding to single precision (6e-8 of the box) never makes it meet
-/// the triangle that it starts on.
-const LIFT: f64 = 4e-6 * HALF;
+/// Distance by which a ray starts above its surface, in a box of half side 1, so that rounding to single precision (6e-8) never makes it
+/// meet the triangle that it starts on.
+const LIFT: f64 = 4e-6;
 
 impl RayTree {
     /// Builds the hierarchy of all triangles of a surface, in an order that depends on their positions alone.
@@ -37,7 +34,7 @@ impl RayTree {
         let [low, high] = surface.bounds();
         let half = (high - low).max_element() / 2.0;
         let (centre, scale) =
-            if half > 0.0 && half.is_finite() { ((low + high) / 2.0, HALF / half) } else { (low, 1.0) };
+            if half > 0.0 && half.is_finite() { ((low + high) / 2.0, 1.0 / half) } else { (low, 1.0) };
         let in_box = |v| Vec3A::from(((surface.positions()[v as usize] - centre) * scale).as_vec3());
         let all: Vec<Triangle> = surface
             .triangles()
@@ -50,7 +47,7 @@ impl RayTree {
         if all.is_empty() {
             return Self { tree: None, triangles: Vec::new(), centre, scale };
         }
-        let tree = build_cwbvh_from_tris(&all, BvhBuildParams::medium_build(), &mut Duration::default());
+        let tree = build_bvh2_from_tris(&all, BvhBuildParams::medium_build(), &mut Duration::default());
         let triangles = tree.primitive_indices.iter().map(|&i| RtTriangle::from(&all[i as usize])).collect();
         Self { tree: Some(tree), triangles, centre, scale }
     }

@@ -75,7 +75,8 @@ fn the_inside_of_a_closed_sphere_gets_no_light_unless_rays_are_short() {
 
 #[test]
 fn a_crease_gets_the_light_of_its_angle() {
-    for degrees in [45.0f64, 60.0, 90.0, 120.0, 150.0, 210.0, 300.0] {
+    // Flatter edges than 150° are smooth, and have one normal.
+    for degrees in [45.0f64, 60.0, 90.0, 120.0, 140.0, 220.0, 300.0] {
         let angle = degrees.to_radians();
         let surface = crease(angle);
         let open = at_vertices(&surface, MANY, &Silent).unwrap();
