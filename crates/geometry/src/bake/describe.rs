@@ -2,6 +2,7 @@
 
 use super::maps::Maps;
 use super::{Request, VertexDisplacements};
+use crate::denoise::auto::DenoiseChoice;
 use crate::map::displace;
 use crate::map::manifest::{
     Carrier, Clients, DominantUv, Layout, Manifest, MapEntry, NormalMapEntry, PrivateTexel, Report, SourceEntry,
@@ -37,7 +38,8 @@ pub(super) fn manifest_of(
             faces: model.data().faces().len(),
         },
         method: settings.target.method(settings.map),
-        choice: displacements.choice.clone(),
+        // Numbers of the vertices are no part of a manifest.
+        choice: displacements.choice.clone().map(|choice| DenoiseChoice { deviations: Vec::new(), ..choice }),
         welding: settings.welding,
         normals: displacements.source,
         displacement: MapEntry {
