@@ -109,7 +109,7 @@ def test_a_bake_of_arrays_is_whole(planish, tmp_path):
     # Half way is in the middle.
     noisy, half, denoised = (package.apply(tmp_path / "d.planish.json", lambda_=x).vertices for x in (0, 0.5, 1))
     assert np.abs((noisy + denoised) / 2 - half).max() < 1e-5 * np.ptp(noisy)
-    assert np.abs(denoised - noisy).max() > 0.01 * np.ptp(noisy)
+    assert np.abs(denoised - noisy).max() > 0.002 * np.ptp(noisy)
 
 
 def test_a_bake_leads_to_a_target():
@@ -440,10 +440,9 @@ def test_every_public_name_is_documented():
 
 def test_types_and_stubs_are_right():
     pytest.importorskip("mypy")
-    folder = Path(package.__file__).parent
     env = {**os.environ, "MYPY_CACHE_DIR": os.devnull}
     config = ["--config-file", str(REPO / "crates" / "python" / "pyproject.toml")]
-    checked = subprocess.run([sys.executable, "-m", "mypy", *config, str(folder)], capture_output=True, text=True, env=env)
+    checked = subprocess.run([sys.executable, "-m", "mypy", *config, "-p", "planish"], capture_output=True, text=True, env=env)
     assert checked.returncode == 0, checked.stdout
     stubs = [sys.executable, "-m", "mypy.stubtest", "planish._planish", "--mypy-config-file", config[1]]
     checked = subprocess.run(stubs, capture_output=True, text=True, env=env)

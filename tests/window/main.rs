@@ -204,7 +204,7 @@ fn what_cannot_be_opened_is_named_and_what_is_open_stays() {
     fs::write(desk.path("square.obj"), square + "# changed\n").unwrap();
     let strange = desk.path("strange/square.planish.json");
     desk.open(&strange);
-    desk.until("refused", |s| s["messages"].to_string().contains("nor its carrier square.obj, byte for byte"));
+    desk.until("refused", |s| s["messages"].to_string().contains("strange/square.obj: is not the file that"));
     desk.dismiss();
     // What vanishes is still there to be looked at, and to be saved.
     fs::remove_file(desk.path("square.obj")).unwrap();

@@ -55,7 +55,7 @@ class Moved:
 
 
 class Denoised(Moved):
-    """A denoised mesh."""
+    """A denoised mesh: its vertices, how far each one moved, and the report."""
 
     def __init__(
         self,
