@@ -50,7 +50,7 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
     console.report(&report, || text(&report))
 }
 
-/// What a map leads to.
+/// The denoised surface that a bake aims at: that of a method, or a mesh.
 pub(super) struct Goal<'a> {
     pub(super) method: &'a MethodArgs,
     /// Mesh that was denoised by other means, instead of the method.

@@ -81,7 +81,7 @@ fn report(console: &Console, summary: Summary) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What has happened so far.
+/// Counts of the meshes of a batch that are done, and how they ended.
 #[derive(Default)]
 struct State {
     done: usize,
