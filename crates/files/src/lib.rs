@@ -17,3 +17,4 @@ pub mod named_path;
 pub mod output;
 pub mod terminal;
 pub mod text;
+pub mod tiles;

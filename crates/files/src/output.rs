@@ -126,7 +126,7 @@ fn temporary(folder: &Path) -> Result<NamedTempFile, Failure> {
 
 /// A file under a temporary name, with its content on the disk, ready to be renamed.
 #[derive(Debug)]
-struct Staged {
+pub(crate) struct Staged {
     file: NamedTempFile,
     /// Path under which the file was asked for.
     path: PathBuf,
@@ -138,6 +138,14 @@ struct Staged {
 impl Staged {
     /// Writes a file that will replace the one that `path` leads to, and keeps its permissions.
     fn new(path: &Path, bytes: &[u8]) -> Result<Self, Failure> {
+        let mut staged = Self::begin(path)?;
+        staged.append(bytes)?;
+        staged.settle()?;
+        Ok(staged)
+    }
+
+    /// Begins a file that will replace the one that `path` leads to, and keeps its permissions.
+    pub(crate) fn begin(path: &Path) -> Result<Self, Failure> {
         let target = match Place::of(path).map_err(|e| unwritable(path, &e))? {
             Place::File(target) => target,
             Place::Stdout | Place::Device(_) => {
@@ -145,7 +153,7 @@ impl Staged {
             }
         };
         let replaced = Replaced::at(&target)?;
-        let mut file = temporary(here_if_empty(target.parent().unwrap_or(Path::new(""))))?;
+        let file = temporary(here_if_empty(target.parent().unwrap_or(Path::new(""))))?;
         let entry = cleanup::Entry::file(file.path());
         if let Some(replaced) = replaced {
             // Before anything is written: what was private is so at any time.
@@ -153,13 +161,28 @@ impl Staged {
             kept.map_err(|e| unwritable(path, &e))?;
             replaced.keep_owner(file.as_file());
         }
-        file.write_all(bytes).and_then(|()| file.flush()).map_err(|e| unwritable(path, &e))?;
-        // Otherwise a power cut could leave the new name with no content. Some file systems cannot, which is no failure.
-        match file.as_file().sync_all() {
-            Err(e) if is_full(&e) => return Err(unwritable(path, &e)),
-            _ => {}
-        }
         Ok(Self { file, path: path.to_path_buf(), target, entry })
+    }
+
+    /// Appends bytes.
+    pub(crate) fn append(&mut self, bytes: &[u8]) -> Result<(), Failure> {
+        self.file.write_all(bytes).map_err(|e| unwritable(&self.path, &e))
+    }
+
+    /// Brings the content to the disk.
+    fn settle(&mut self) -> Result<(), Failure> {
+        self.file.flush().map_err(|e| unwritable(&self.path, &e))?;
+        // Otherwise a power cut could leave the new name with no content. Some file systems cannot, which is no failure.
+        match self.file.as_file().sync_all() {
+            Err(e) if is_full(&e) => Err(unwritable(&self.path, &e)),
+            _ => Ok(()),
+        }
+    }
+
+    /// Gives a file that was written in pieces its name.
+    pub(crate) fn finish(mut self) -> Result<(), Failure> {
+        self.settle()?;
+        cleanup::commit(|| self.persist())
     }
 
     fn persist(self) -> Result<(), Failure> {

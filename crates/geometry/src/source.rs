@@ -19,6 +19,7 @@ mod patch;
 pub mod ply;
 pub mod read_error;
 pub mod stl;
+pub mod stream;
 mod text;
 pub mod vertex_weights;
 

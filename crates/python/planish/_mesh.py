@@ -13,7 +13,7 @@ from . import _planish
 from ._arrays import faces_of, floats, polygons
 from ._errors import InputError
 from ._foreign import Foreign
-from ._options import Progress, command_line, method_options
+from ._options import Progress, command_line, method_options, weights
 from ._results import Bundle, Denoised, Displaced, Moved, Noisy
 
 PathLikeStr = str | PathLike[str]
@@ -97,12 +97,14 @@ class Mesh:
         fix: str | ArrayLike | None = None,
         max_displacement: float | None = None,
         preserve_volume: bool = False,
+        mask: ArrayLike | None = None,
+        direction: str | ArrayLike | None = None,
         progress: Progress | None = None,
         **parameters: Any,
     ) -> Denoised:
         """Denoises the mesh; see :func:`planish.denoise`."""
-        options = method_options(method, preset, fix, max_displacement, preserve_volume, parameters)
-        return Denoised(lambda: self.native, *self.native.denoise(options, progress))
+        options = method_options(method, preset, fix, max_displacement, preserve_volume, direction, parameters)
+        return Denoised(lambda: self.native, *self.native.denoise(options, weights(mask), progress))
 
     def bake(
         self,
@@ -115,6 +117,8 @@ class Mesh:
         fix: str | ArrayLike | None = None,
         max_displacement: float | None = None,
         preserve_volume: bool = False,
+        mask: ArrayLike | None = None,
+        direction: str | ArrayLike | None = None,
         lambda_: float = 1.0,
         normals: str | None = None,
         map: str | None = None,
@@ -133,7 +137,7 @@ class Mesh:
         **parameters: Any,
     ) -> Bundle:
         """Bakes a displacement map; see :func:`planish.bake`."""
-        method_json = method_options(method, preset, fix, max_displacement, preserve_volume, parameters)
+        method_json = method_options(method, preset, fix, max_displacement, preserve_volume, direction, parameters)
         options = command_line(
             {
                 "lambda": float(lambda_),
@@ -154,7 +158,7 @@ class Mesh:
         )
         goal = None if target is None else floats(target, "target", 3)
         place = None if folder is None else fspath(folder)
-        return Bundle(self.native.bake(options, method_json, name, place, goal, progress))
+        return Bundle(self.native.bake(options, method_json, name, place, goal, weights(mask), progress))
 
     def noise(self, sigma: float | None = None, kind: str | None = None, *, seed: int = 1, **settings: Any) -> Noisy:
         """Adds synthetic noise; see :func:`planish.noise`."""
@@ -226,6 +230,8 @@ def denoise(
     fix: str | ArrayLike | None = None,
     max_displacement: float | None = None,
     preserve_volume: bool = False,
+    mask: ArrayLike | None = None,
+    direction: str | ArrayLike | None = None,
     weld: str | float = "exact",
     progress: Progress | None = None,
     **parameters: Any,
@@ -240,8 +246,10 @@ def denoise(
     the method, with underscores for hyphens, and ``preset="paper"`` starts from the settings of its authors.
 
     ``fix`` are vertices that stay, bit for bit: "boundary", indices (n,) or a mask (#v,). ``max_displacement`` is the largest
-    displacement of a vertex, in mean edge lengths. ``preserve_volume`` restores the enclosed volume. ``weld`` says which vertices
-    are one: "exact" (equal coordinates), "none", or a distance in model units.
+    displacement of a vertex, in mean edge lengths. ``preserve_volume`` restores the enclosed volume. ``mask`` has a weight for each
+    vertex (#v,), 0 to 1 in steps of 1/255, by which its displacement is multiplied. ``direction`` is the direction along which vertices
+    move: three numbers, or ``"ray:x,y,z"`` for the rays from a point. ``weld`` says which vertices are one: "exact" (equal coordinates),
+    "none", or a distance in model units.
 
     ``progress`` is called with the name of a stage and the fraction of it that is done, 0 to 1; if it returns False the work stops.
     Ctrl-C stops it as well. Other threads of Python run meanwhile.
@@ -272,6 +280,8 @@ def denoise(
             fix=fix,
             max_displacement=max_displacement,
             preserve_volume=preserve_volume,
+            mask=mask,
+            direction=direction,
             progress=progress,
             **parameters,
         )
@@ -280,8 +290,8 @@ def denoise(
         mesh, faces = foreign.vertices, foreign.faces
     points = floats(mesh, "vertices", 3)
     indices, corners = polygons(faces, "faces")
-    options = method_options(method, preset, fix, max_displacement, preserve_volume, parameters)
-    vertices, deltas, report = _planish.denoise(points, indices, corners, options, weld, progress)
+    options = method_options(method, preset, fix, max_displacement, preserve_volume, direction, parameters)
+    vertices, deltas, report = _planish.denoise(points, indices, corners, options, weld, weights(mask), progress)
 
     def source() -> _planish.Mesh:
         return _planish.Mesh.from_arrays(points, indices, corners, weld)
@@ -307,7 +317,7 @@ def bake(
     a texel of its own.
 
     ``options`` are the parameters of the method, those of :func:`planish.denoise` (``preset``, ``fix``, ``max_displacement``,
-    ``preserve_volume``, ``progress``), and those of ``planish bake`` with underscores: ``size``, ``max_size``, ``layout``, ``normals``,
+    ``preserve_volume``, ``mask``, ``direction``, ``progress``), and those of ``planish bake`` with underscores: ``size``, ``max_size``, ``layout``, ``normals``,
     ``map``, ``space``, ``tolerance``, ``interpolation``, ``texels``, ``bits``, ``format``, ``normal_convention``, ``no_glb``.
     ``target`` (#v×3, model units) is the result of any other denoiser, to which the map leads instead. ``name`` is how the names
     of the files begin; a mesh from a file has its own, and needs ``folder`` if the files shall not lie in ./NAME-planish.

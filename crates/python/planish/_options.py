@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ._errors import InputError
 
@@ -21,6 +21,7 @@ def method_options(
     fix: str | ArrayLike | None,
     max_displacement: float | None,
     preserve_volume: bool,
+    direction: str | ArrayLike | None,
     parameters: dict[str, Any],
 ) -> str:
     """A method with its settings and limits, as JSON."""
@@ -31,6 +32,7 @@ def method_options(
         "fix": _mask(fix),
         "max_displacement": max_displacement,
         "preserve_volume": bool(preserve_volume),
+        "direction": _direction(direction),
     }
     try:
         return json.dumps(options, default=_plain, allow_nan=False)
@@ -45,6 +47,35 @@ def _plain(value: Any) -> Any:
     if isinstance(value, (np.generic, np.ndarray)):
         return value.tolist()
     raise InputError(f"a setting is a {type(value).__name__}, and needs to be a number, a word or a list of words")
+
+
+def _direction(direction: str | ArrayLike | None) -> str | None:
+    """A direction as the command line writes it."""
+    if direction is None or isinstance(direction, str):
+        return direction
+    try:
+        axis = np.asarray(direction, dtype=np.float64)
+    except (TypeError, ValueError):
+        axis = np.empty(0)
+    if axis.shape != (3,) or not np.isfinite(axis).all():
+        raise InputError('`direction` is three numbers, or a text such as "0,0,1" or "ray:0,0,0"')
+    return ",".join(repr(float(x)) for x in axis)
+
+
+def weights(mask: ArrayLike | None) -> NDArray[np.float32] | None:
+    """Weights of the vertices, 0 to 1."""
+    if mask is None:
+        return None
+    try:
+        array = np.ascontiguousarray(mask, dtype=np.float32)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"`mask` is no array of numbers: {error}") from None
+    if array.ndim != 1:
+        raise InputError(f"`mask` has the shape {array.shape} and needs (#v,), one weight for each vertex")
+    wrong = np.flatnonzero(~((array >= 0) & (array <= 1)))
+    if len(wrong):
+        raise InputError(f"`mask[{wrong[0]}]` is {array[wrong[0]]}, and weights are from 0 to 1")
+    return array
 
 
 def _mask(fix: str | ArrayLike | None) -> str | None:

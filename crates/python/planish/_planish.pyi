@@ -6,12 +6,28 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Bundle", "Mesh", "apply", "denoise", "main", "methods", "version"]
+__all__ = [
+    "Bundle",
+    "Mesh",
+    "apply",
+    "denoise",
+    "main",
+    "methods",
+    "tile_denoise",
+    "tile_lengths",
+    "tiles_job",
+    "tiles_measure",
+    "tiles_merge",
+    "tiles_spread",
+    "tiles_write",
+    "version",
+]
 
 _Path = str | PathLike[str]
 _Floats = NDArray[np.float64]
 _Indices = NDArray[np.int64] | NDArray[np.uint32] | NDArray[np.int32]
 _Corners = int | NDArray[np.int64]
+_Weights = NDArray[np.float32] | None
 _Progress = Callable[[str, float], object] | None
 
 def main(args: Sequence[str]) -> int: ...
@@ -23,11 +39,19 @@ def denoise(
     corners: _Corners,
     options: str,
     weld: str | float,
+    mask: _Weights = None,
     progress: _Progress = None,
 ) -> tuple[_Floats, _Floats, str]: ...
 def apply(
     manifest: _Path, mesh: _Path | None = None, lambda_: float | None = None, trust: bool = False
 ) -> tuple[Mesh, _Floats, float]: ...
+def tile_denoise(folder: _Path, tile: int, job: str) -> str: ...
+def tile_lengths(folder: _Path, tile: int) -> None: ...
+def tiles_job(job: str) -> str: ...
+def tiles_measure(folder: _Path) -> str: ...
+def tiles_merge(folder: _Path, job: str) -> str: ...
+def tiles_spread(path: _Path, folder: _Path, key: str, tiles: int, weld: str | float) -> str: ...
+def tiles_write(path: _Path, output: _Path, folder: _Path) -> None: ...
 @final
 class Mesh:
     @staticmethod
@@ -53,7 +77,9 @@ class Mesh:
     def uvs(self) -> _Floats: ...
     @property
     def uv_indices(self) -> NDArray[np.int64]: ...
-    def denoise(self, options: str, progress: _Progress = None) -> tuple[_Floats, _Floats, str]: ...
+    def denoise(
+        self, options: str, mask: _Weights = None, progress: _Progress = None
+    ) -> tuple[_Floats, _Floats, str]: ...
     def write(self, path: _Path, vertices: _Floats | None = None, update_normals: bool = False) -> str: ...
     def bake(
         self,
@@ -62,6 +88,7 @@ class Mesh:
         name: str,
         folder: _Path | None = None,
         target: _Floats | None = None,
+        mask: _Weights = None,
         progress: _Progress = None,
     ) -> Bundle: ...
     def noise(self, options: Sequence[str]) -> tuple[_Floats | tuple[Mesh, Mesh], str]: ...

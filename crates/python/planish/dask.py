@@ -1,4 +1,4 @@
-"""Many meshes on many processes or machines, by Dask (``pip install planish[dask]``).
+"""Many meshes, or a very large one, on many processes or machines, by Dask (``pip install planish[dask]``).
 
 Without a ``client`` the processes are started here and end with the work; with ``Client(address)`` the same work runs on a cluster,
 where all machines see the same files.
@@ -13,8 +13,12 @@ from contextlib import contextmanager
 from os import PathLike, fspath
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from ._errors import Error, InputError
+from ._large import Tiles, denoise_tiles, forget
 from ._mesh import read
+from ._options import Progress, method_options
 
 PathLikeStr = str | PathLike[str]
 
@@ -65,6 +69,65 @@ def bake_files(
     return _run(_bake, jobs, client, workers, (method, options, weld, trust))
 
 
+def denoise_large(
+    path: PathLikeStr,
+    output: PathLikeStr,
+    method: str = "auto",
+    *,
+    client: Any = None,
+    workers: int | None = None,
+    memory_limit: str | int | None = "auto",
+    tiles: int | None = None,
+    halo: int | None = None,
+    folder: PathLikeStr | None = None,
+    weld: str = "exact",
+    preset: str = "default",
+    fix: str | ArrayLike | None = None,
+    mask: ArrayLike | None = None,
+    direction: str | ArrayLike | None = None,
+    max_displacement: float | None = None,
+    progress: Progress | None = None,
+    **parameters: Any,
+) -> dict[str, Any]:
+    """Denoises one mesh that is larger than the memory of a worker, in tiles, and writes it to the file ``output``.
+
+    The file is an OBJ or a binary PLY. It is read twice, piece by piece, and all of its bytes stay but the numbers of moved vertices.
+    ``tiles`` is the number of tiles; by default each has about 250,000 vertices. Each is denoised with a halo of ``halo`` rings around it, by
+    default as wide as suits the method.
+
+    The methods laplacian, taubin, hc, sun and bilateral-normals look so many rings far and no farther. The halo is that wide, and the result
+    is that of :func:`planish.denoise` bit for bit. All other methods solve for the whole mesh or measure it. Their tiles overlap, and in the
+    overlap one result goes over into the other.
+
+    ``client`` is a ``dask.distributed.Client`` whose workers see the same files; without one, ``workers`` processes are started, each with
+    ``memory_limit`` as of ``LocalCluster``. ``folder`` holds what lies between the steps, by default ``output`` with .tiles behind it.
+    It stays there if the work is stopped, the same call goes on from it, and it is removed when the work is done. A worker that dies is replaced.
+
+    ``weld`` is "exact" or "none". ``preset``, ``fix``, ``mask``, ``direction``, ``max_displacement`` and ``parameters`` are those of
+    :func:`planish.denoise`. ``progress`` is told the stage and the fraction of it that is done; if it returns False, the work stops.
+
+    Returns a report: ``exact`` (whether it is that of the whole mesh bit for bit), ``borders`` with the agreement of tiles where two of them have the
+    same vertices (``gap``: largest distance between their results, ``jump``: largest step that is left of it between neighbours,
+    ``jump_in_sigma``: the same in standard deviations of the noise, for "auto"), ``tiles`` (vertices of each), ``tiles_kept`` (done before
+    this call), ``mean_displacement``, ``max_displacement`` (model units), and ``seconds`` of each stage.
+
+    Raises :class:`planish.InputError` if the file is no mesh or of another format, :class:`planish.Interrupted` if ``progress`` returned
+    False.
+    """
+    path, output = fspath(path), fspath(output)
+    own = fspath(folder) if folder is not None else f"{output}.tiles"
+    words = fix if isinstance(fix, str) else None
+    options = method_options(method, preset, words, max_displacement, False, direction, parameters)
+    os.makedirs(own, exist_ok=True)
+    with _client(client, workers, memory_limit) as (active, threads):
+        run = Tiles(active, threads, os.path.abspath(path), os.path.abspath(own), progress)
+        report = denoise_tiles(
+            run, os.path.abspath(output), options, tiles, halo, weld, None if isinstance(fix, str) else fix, mask
+        )
+    forget(own)
+    return report
+
+
 def _stem(path: str) -> str:
     """Name without the extension of the mesh and that of a compression."""
     name = os.path.basename(path)
@@ -89,7 +152,9 @@ def _run(
 
 
 @contextmanager
-def _client(client: Any, workers: int | None) -> Iterator[tuple[Any, int | None]]:
+def _client(
+    client: Any, workers: int | None, memory_limit: str | int | None = "auto"
+) -> Iterator[tuple[Any, int | None]]:
     """A client, and the number of threads that each of its workers should have; None if that is its own affair."""
     if client is not None:
         yield client, None
@@ -98,7 +163,10 @@ def _client(client: Any, workers: int | None) -> Iterator[tuple[Any, int | None]
 
     processors = os.cpu_count() or 1
     count = workers or processors
-    with LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as own:
+    cluster = LocalCluster(
+        n_workers=count, threads_per_worker=1, dashboard_address=None, memory_limit=memory_limit
+    )
+    with cluster, Client(cluster) as own:
         yield own, max(1, processors // count)
 
 

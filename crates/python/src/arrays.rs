@@ -196,6 +196,11 @@ impl CornerCounts {
     }
 }
 
+/// Weights, borrowed from an array (n).
+pub(crate) fn weights<'a>(array: Option<&'a PyReadonlyArray1<f32>>) -> Result<Option<&'a [f32]>, Failure> {
+    array.map(|array| slice(array, "mask")).transpose()
+}
+
 fn slice<'a, T: numpy::Element>(array: &'a PyReadonlyArray1<T>, name: &str) -> Result<&'a [T], Failure> {
     array.as_slice().map_err(|e| unusable(name, e))
 }

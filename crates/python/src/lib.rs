@@ -8,6 +8,7 @@ mod bundle;
 mod errors;
 mod mesh;
 mod options;
+mod tiles;
 mod work;
 
 use planish_memory::WatchedAllocator;
@@ -28,6 +29,8 @@ mod _planish {
     use super::bundle::Bundle;
     #[pymodule_export]
     use super::mesh::{Mesh, apply, denoise};
+    #[pymodule_export]
+    use super::tiles::{tile_denoise, tile_lengths, tiles_job, tiles_measure, tiles_merge, tiles_spread, tiles_write};
 
     /// Runs one command line, whose first argument is the name of the program, and returns its exit code. Ctrl-C belongs to the
     /// command line from then on.

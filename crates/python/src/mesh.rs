@@ -6,7 +6,7 @@ use crate::errors::raised;
 use crate::options::{MethodOptions, Weld};
 use crate::work;
 use glam::DVec3;
-use numpy::{IntoPyArray as _, PyArray1, PyArray2, PyReadonlyArray2};
+use numpy::{IntoPyArray as _, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use planish_files::bake_files::{self, Job};
 use planish_files::denoise_mesh::{self, DenoiseError, DenoisedMesh, WeldedMesh};
 use planish_files::failure::Failure;
@@ -33,9 +33,10 @@ use std::sync::Arc;
 /// Positions of a mesh and its displacements (#v×3), and the report as JSON.
 type Result3<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, String);
 
-/// Denoises positions and faces, of which the positions are borrowed. `options` is JSON.
+/// Denoises positions and faces, of which the positions are borrowed. `options` is JSON, and `mask` has a weight for each position.
 #[pyfunction]
-#[pyo3(signature = (vertices, indices, corners, options, weld, progress=None))]
+#[pyo3(signature = (vertices, indices, corners, options, weld, mask=None, progress=None))]
+#[allow(clippy::too_many_arguments, reason = "Python gives them by name")]
 pub(crate) fn denoise<'py>(
     py: Python<'py>,
     vertices: PyReadonlyArray2<'py, f64>,
@@ -43,12 +44,14 @@ pub(crate) fn denoise<'py>(
     corners: Corners<'py>,
     options: &str,
     weld: Weld,
+    mask: Option<PyReadonlyArray1<'py, f32>>,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Result3<'py>> {
     let positions = arrays::points(&vertices, "vertices").map_err(raised)?;
     let faces = Faces::new("faces", &indices, &corners, "vertices", positions.len()).map_err(raised)?;
     let welding = weld.rule().map_err(raised)?;
-    let method = MethodOptions::parse(options).and_then(|o| o.denoising(positions.len())).map_err(raised)?;
+    let mask = arrays::weights(mask.as_ref()).map_err(raised)?;
+    let method = MethodOptions::parse(options).and_then(|o| o.denoising(positions.len(), mask)).map_err(raised)?;
     let (denoised, welded) = work::run(py, progress, |progress| {
         progress.stage("connecting");
         let used = faces.indices().iter().copied();
@@ -209,16 +212,18 @@ impl Mesh {
         uvs.into_pyarray(py)
     }
 
-    /// Denoises the mesh. `options` is JSON.
-    #[pyo3(signature = (options, progress=None))]
+    /// Denoises the mesh. `options` is JSON, and `mask` has a weight for each source vertex.
+    #[pyo3(signature = (options, mask=None, progress=None))]
     fn denoise<'py>(
         &self,
         py: Python<'py>,
         options: &str,
+        mask: Option<PyReadonlyArray1<'py, f32>>,
         progress: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Result3<'py>> {
         let Self { model, path, .. } = self;
-        let method = MethodOptions::parse(options).and_then(|o| o.denoising(model.data().positions().len()));
+        let mask = arrays::weights(mask.as_ref()).map_err(raised)?;
+        let method = MethodOptions::parse(options).and_then(|o| o.denoising(model.data().positions().len(), mask));
         let method = method.map_err(raised)?;
         let denoised = work::run(py, progress, |progress| {
             let mesh = WeldedMesh { surface: model.surface(), weld: model.weld(), faces: model.data().faces().len() };
@@ -264,8 +269,8 @@ impl Mesh {
     }
 
     /// Bakes a displacement map. `options` are those of the command line, `method` is JSON. With `target` (#v×3, model units) the map
-    /// leads there instead. `folder` is where the files will lie, for a mesh from a file.
-    #[pyo3(signature = (options, method, name, folder=None, target=None, progress=None))]
+    /// leads there instead. `folder` is where the files will lie, for a mesh from a file. `mask` has a weight for each source vertex.
+    #[pyo3(signature = (options, method, name, folder=None, target=None, mask=None, progress=None))]
     #[allow(clippy::too_many_arguments, reason = "Python gives them by keyword")]
     fn bake(
         &self,
@@ -275,6 +280,7 @@ impl Mesh {
         name: &str,
         folder: Option<PathBuf>,
         target: Option<PyReadonlyArray2<f64>>,
+        mask: Option<PyReadonlyArray1<f32>>,
         progress: Option<&Bound<PyAny>>,
     ) -> PyResult<Bundle> {
         let settings = planish::bake_settings(options).map_err(raised)?;
@@ -286,7 +292,9 @@ impl Mesh {
                 self.target(positions)
             }
             None => {
-                let method = MethodOptions::parse(method).and_then(|o| o.denoising(model.data().positions().len()));
+                let mask = arrays::weights(mask.as_ref()).map_err(raised)?;
+                let method = MethodOptions::parse(method);
+                let method = method.and_then(|o| o.denoising(model.data().positions().len(), mask));
                 BakeTarget::Method(method.map_err(raised)?)
             }
         };

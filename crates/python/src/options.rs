@@ -2,7 +2,7 @@
 
 use planish_files::failure::Failure;
 use planish_files::method;
-use planish_geometry::denoise::limits::{Limits, Mask, Volume};
+use planish_geometry::denoise::limits::{Limits, Mask, Volume, WeightMask, Weights};
 use planish_geometry::denoise::{Denoiser, Denoising};
 use planish_geometry::mesh::weld::Welding;
 use pyo3::FromPyObject;
@@ -21,6 +21,8 @@ pub(crate) struct MethodOptions {
     fix: Option<String>,
     max_displacement: Option<f64>,
     preserve_volume: bool,
+    /// Direction along which vertices move, as text.
+    direction: Option<String>,
 }
 
 impl MethodOptions {
@@ -29,8 +31,8 @@ impl MethodOptions {
         serde_json::from_str(json).map_err(|e| Failure::Input(format!("options of denoising: {e}")))
     }
 
-    /// Method with its settings and limits for a mesh of so many source vertices.
-    pub(crate) fn denoising(&self, source_vertices: usize) -> Result<Denoising, Failure> {
+    /// Method with its settings and limits for a mesh of so many source vertices, which have these weights (#v), if any.
+    pub(crate) fn denoising(&self, source_vertices: usize, mask: Option<&[f32]>) -> Result<Denoising, Failure> {
         let wrong = |e: &dyn std::fmt::Display| Failure::Input(e.to_string());
         let mut denoiser = Denoiser::named(&self.method).map_err(|e| wrong(&e))?;
         match self.preset.as_str() {
@@ -54,10 +56,14 @@ impl MethodOptions {
             return Err(Failure::Input(format!("`max_displacement` is a number between 0 and 1000000, not {d}")));
         }
         let volume = if self.preserve_volume { Volume::Preserve } else { Volume::Free };
-        Ok(Denoising {
-            denoiser,
-            limits: Limits { fixed, max_displacement: self.max_displacement, volume, ..Limits::default() },
-        })
+        if let Some((found, needed)) = mask.map(|m| (m.len(), source_vertices)).filter(|(found, needed)| found != needed) {
+            return Err(Failure::Input(format!("`mask` has {found} weights, and the mesh has {needed} vertices")));
+        }
+        let mask = mask.map(|weights| WeightMask { from: "array".to_owned(), weights: Weights::new(weights) });
+        let direction = self.direction.as_deref().map(str::parse).transpose();
+        let direction = direction.map_err(|e| Failure::Input(format!("`direction`: {e}")))?;
+        let max_displacement = self.max_displacement;
+        Ok(Denoising { denoiser, limits: Limits { fixed, max_displacement, volume, mask, direction } })
     }
 }
 

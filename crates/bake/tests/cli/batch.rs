@@ -133,6 +133,43 @@ fn a_journal_that_was_cut_off_is_gone_on_with() {
 }
 
 #[test]
+fn two_hundred_meshes_with_seven_bad_ones_are_gone_on_with_after_a_kill() {
+    let folder = Folder::new();
+    let is_bad = |i: usize| i % 30 == 11;
+    let place = |i: usize| format!("{i:03}.obj");
+    for i in 0..200 {
+        let good = || Mesh::sphere(5 + i % 7).noisy(0.01 + 0.0001 * i as f64).obj();
+        folder.write(&format!("in/{}", place(i)), if is_bad(i) { "v 0 0\nf 1 2 3\n".to_owned() } else { good() });
+    }
+    let line = "batch in -o out --method taubin --jobs 2 --resume";
+    let mut killed = folder.planish(line).stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null()).spawn();
+    let journal = folder.path("out/planish-batch.jsonl");
+    let count = || std::fs::read_to_string(&journal).map_or(0, |text| text.matches("\"ok\":true").count());
+    let child = killed.as_mut().unwrap();
+    // However fast the machine is: either it is killed in the middle, or it has ended.
+    while count() < 20 && child.try_wait().unwrap().is_none() {
+        std::thread::yield_now();
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let before = count();
+    let again = folder.run(line);
+    assert_eq!(again.code, Some(1));
+    let again = lines(&again.out);
+    assert_eq!(before + places(&again, true).len(), 193, "no mesh is done twice, none is lost");
+    let bad: BTreeSet<String> = (0..200).filter(|i| is_bad(*i)).map(place).collect();
+    assert_eq!((places(&again, false), bad.len()), (bad, 7));
+    let whole: Vec<Value> =
+        folder.text("out/planish-batch.jsonl").lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
+    let done: Vec<&str> = whole.iter().filter(|line| line["ok"] == true).filter_map(|l| l["place"].as_str()).collect();
+    assert_eq!((done.len(), done.iter().collect::<BTreeSet<_>>().len()), (193, 193));
+    for i in (0..200).filter(|i| !is_bad(*i)).step_by(20) {
+        folder.succeeds(&format!("denoise in/{0} -o one.obj --method taubin", place(i)));
+        assert!(folder.bytes("one.obj") == folder.bytes(&format!("out/{}", place(i))), "{i}");
+    }
+}
+
+#[test]
 fn patterns_and_lists_name_meshes() {
     let folder = meshes();
     let printed = folder.succeeds("batch in/*.obj in/deep/**/3.obj -o out --method laplacian --shard 2/5");

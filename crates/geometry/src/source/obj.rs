@@ -8,6 +8,7 @@ mod parse;
 mod print;
 mod rewrite;
 mod scan;
+pub(super) mod stream;
 
 use crate::mesh::jagged::Index;
 use crate::source::MeshData;

@@ -8,6 +8,7 @@ mod parse;
 mod print;
 mod rewrite;
 mod scalar;
+pub(super) mod stream;
 
 use super::format::Format;
 use super::mesh_file::MeshFile;

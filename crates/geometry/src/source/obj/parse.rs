@@ -88,19 +88,19 @@ fn comma_hint(token: &str) -> &'static str {
 const SNIFFED: usize = 4096;
 
 /// Largest index of a vertex so far. It is checked when all lines are known, because faces may come before vertices.
-#[derive(Default)]
-struct Highest {
+#[derive(Debug, Default)]
+pub(super) struct Highest {
     index: Index,
     line: u32,
 }
 
 impl Highest {
-    fn update(&mut self, index: Index, line: u32) {
+    pub(super) fn update(&mut self, index: Index, line: u32) {
         if self.line == 0 || index > self.index {
             *self = Self { index, line };
         }
     }
-    fn check(&self, count: usize) -> Result<(), ObjError> {
+    pub(super) fn check(&self, count: usize) -> Result<(), ObjError> {
         if self.line != 0 && self.index as usize >= count {
             let index = i64::from(self.index) + 1;
             let kind = ObjErrorKind::OutOfRange { index, count };
@@ -386,7 +386,7 @@ impl Reader<'_> {
 }
 
 /// Parses a decimal integer of at most 18 digits.
-fn integer(text: &[u8]) -> Option<i64> {
+pub(super) fn integer(text: &[u8]) -> Option<i64> {
     let (negative, digits) = match text {
         [b'-', digits @ ..] => (true, digits),
         [b'+', digits @ ..] => (false, digits),
@@ -407,11 +407,11 @@ fn integer(text: &[u8]) -> Option<i64> {
 
 /// Parses a number of a `vt` or `vn` line; every spelling of NaN becomes NaN. Exporters write it there, and a mesh with broken
 /// shading can still be denoised.
-fn lenient(token: &[u8]) -> Result<f64, ObjErrorKind> {
+pub(super) fn lenient(token: &[u8]) -> Result<f64, ObjErrorKind> {
     lenient_number(token).ok_or_else(|| ObjErrorKind::NotANumber(shown(token)))
 }
 
 /// Returns an error if 32 bits cannot count so many elements.
-fn fits(count: usize) -> Result<(), ObjErrorKind> {
+pub(super) fn fits(count: usize) -> Result<(), ObjErrorKind> {
     if count < Index::MAX as usize { Ok(()) } else { Err(ObjErrorKind::TooLarge) }
 }

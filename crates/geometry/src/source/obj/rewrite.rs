@@ -19,7 +19,7 @@ fn end_of_line(bytes: &[u8]) -> &'static [u8] {
 }
 
 /// Replaces those of the first three numbers of a statement whose bits differ.
-fn replace_numbers(patch: &mut Patch, statement: &Statement, [before, after]: [DVec3; 2]) {
+pub(super) fn replace_numbers(patch: &mut Patch, statement: &Statement, [before, after]: [DVec3; 2]) {
     let tokens = Tokens::new(patch.source(), statement);
     for (token, (x, y)) in tokens.zip(before.to_array().into_iter().zip(after.to_array())) {
         if x.to_bits() != y.to_bits() {

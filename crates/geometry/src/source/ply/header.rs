@@ -85,6 +85,11 @@ const MOST: usize = 10_000;
 
 impl Header {
     pub(super) fn parse(bytes: &[u8]) -> Result<Self, ReadError> {
+        Self::parse_of(bytes, bytes.len())
+    }
+
+    /// Reads the header from the first bytes of a file of `size` bytes.
+    pub(super) fn parse_of(bytes: &[u8], size: usize) -> Result<Self, ReadError> {
         let foreign = |reason: &str| ReadErrorKind::Foreign { format: Format::Ply, reason: reason.to_owned() };
         if bytes.is_empty() {
             return Err(ReadErrorKind::Empty.at(Place::File));
@@ -141,7 +146,7 @@ impl Header {
         header.encoding = encoding.ok_or_else(no_format)?;
         let vertex = header.elements.iter().position(|e| e.name == "vertex");
         header.vertex = vertex.ok_or_else(|| ReadErrorKind::NoVertices.at(Place::File))?;
-        header.check_size(bytes.len())?;
+        header.check_size(size)?;
         Ok(header)
     }
 

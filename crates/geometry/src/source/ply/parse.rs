@@ -169,7 +169,7 @@ pub(super) fn material_names(textures: &[Vec<u8>]) -> Vec<Vec<u8>> {
 }
 
 impl VertexProperties {
-    fn of(element: &Element) -> Result<Self, ReadError> {
+    pub(super) fn of(element: &Element) -> Result<Self, ReadError> {
         let missing = || {
             let reason = "the element `vertex` lacks `x`, `y` or `z`".to_owned();
             ReadErrorKind::Malformed(reason).at(Place::File)

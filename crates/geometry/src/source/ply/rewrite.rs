@@ -48,13 +48,18 @@ pub(super) fn with_positions(ply: &Ply, positions: &[DVec3], normals: Option<&[D
                 },
                 Role::Position(_) | Role::Other => continue,
             };
-            let is_new = |x: f64| x.to_bits() != before.to_bits();
-            if is_new(after) && is_new(property.scalar.nearest(after)) && after.is_finite() {
-                property.scalar.write(after, encoding, patch.replace(range));
+            if let Some(number) = replaced(property.scalar, before, after) {
+                property.scalar.write(number, encoding, patch.replace(range));
             }
         }
     }
     patch.finish()
+}
+
+/// Number to write in place of `before`; `None` where the file has it already, or cannot have it.
+pub(super) fn replaced(scalar: Scalar, before: f64, after: f64) -> Option<f64> {
+    let is_new = |x: f64| x.to_bits() != before.to_bits();
+    (is_new(after) && is_new(scalar.nearest(after)) && after.is_finite()).then_some(after)
 }
 
 /// Number of items of a list, which the reader has checked.

@@ -1,0 +1,69 @@
+//! How far a method looks: the halo of rings with which its results in a tile are those of the whole mesh.
+
+use planish_geometry::denoise::{Denoiser, Denoising, FoldOvers, Motion, Scheme, VertexScheme, VertexUpdate};
+
+/// Rings that marks of missing data take: whether a vertex is one depends on two rings around it.
+const MARKS: u64 = 2;
+/// Rings of the halo of methods that solve for all vertices at once, or measure the noise. Far away data has little weight.
+const SOLVERS: u16 = 48;
+/// Rings of the band in which the results of such methods go over into each other.
+const BAND: u16 = 24;
+
+/// Width of a halo, and of the band within it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Halo {
+    /// Rings around a tile with which it is denoised.
+    pub rings: u16,
+    /// Rings next to the tile whose results are kept beside those of the tiles that they belong to: to be blended with these or, where
+    /// the method is bounded, to be compared with these.
+    pub band: u16,
+    /// Whether the method looks no farther than the halo goes, so that its results are those of the whole mesh.
+    pub is_bounded: bool,
+}
+
+/// Number of rings that a method looks around a vertex, for the input that the result there depends on; `None` if that is the whole
+/// mesh, or depends on it.
+pub fn rings(method: &Denoiser) -> Option<u64> {
+    let rings = match method {
+        Denoiser::Laplacian(s) => u64::from(s.iterations),
+        Denoiser::Taubin(s) => 2 * u64::from(s.iterations),
+        // A mean, and a mean of the corrections.
+        Denoiser::Hc(s) => 2 * u64::from(s.iterations),
+        Denoiser::Sun(s) => u64::from(s.iterations) + 1 + update(&s.vertex_update)?,
+        Denoiser::BilateralNormals(s) if s.scheme == Scheme::Local => {
+            u64::from(s.iterations) + 1 + update(&s.vertex_update)?
+        }
+        _ => return None,
+    };
+    Some(rings + MARKS)
+}
+
+/// Rings that the vertices look while they follow the normals.
+fn update(settings: &VertexUpdate) -> Option<u64> {
+    if settings.scheme != VertexScheme::Descent || settings.motion == Motion::AlongNormal {
+        return None;
+    }
+    // A step back of one vertex may cause that of a neighbour, and so on; that more than one follows in one step is what the band finds
+    // out.
+    let of_step = if settings.fold_overs == FoldOvers::Prevent { 2 } else { 1 };
+    Some(of_step * u64::from(settings.iterations))
+}
+
+/// Halo for a method. `width` is that of a caller, in rings; the halo of a bounded method is no narrower than it looks.
+pub fn halo(method: &Denoising, width: Option<u16>) -> Halo {
+    const CHECKED: u16 = 2;
+    // Motion along a direction looks at the normals of the result.
+    let turned = u64::from(method.limits.direction.is_some());
+    match rings(&method.denoiser).map(|rings| rings + turned).and_then(|rings| u16::try_from(rings).ok()?.checked_add(CHECKED)) {
+        Some(rings) => Halo { rings: rings.max(width.unwrap_or(0)), band: CHECKED, is_bounded: true },
+        None => {
+            let rings = width.unwrap_or(SOLVERS).max(2);
+            Halo { rings, band: BAND.min(rings / 2), is_bounded: false }
+        }
+    }
+}
+
+/// Whether a method takes the mean distance of neighbouring faces from the whole mesh.
+pub(super) fn needs_centroid_distance(method: &Denoiser) -> bool {
+    matches!(method, Denoiser::BilateralNormals(s) if s.scheme == Scheme::Local) && rings(method).is_some()
+}
