@@ -204,6 +204,12 @@ ERRORS = [
     (lambda v, f: (v, f), {"fix": [200]}, "`fix`: .*201"),
     (lambda v, f: (v, f), {"fix": [-1]}, r"`fix\[0\]` is negative"),
     (lambda v, f: (v, f), {"max_displacement": -1.0}, "`max_displacement` is a number between 0 and"),
+    (lambda v, f: (v, f), {"mask": [0.5]}, "`mask` has 1 weights, and the mesh has 162 vertices"),
+    (lambda v, f: (v, f), {"mask": np.full(162, 1.5)}, r"`mask\[0\]` is 1.5, and weights are from 0 to 1"),
+    (lambda v, f: (v, f), {"mask": np.ones((162, 2))}, r"`mask` has the shape \(162, 2\) and needs"),
+    (lambda v, f: (v, f), {"direction": "up"}, "`direction`: `up` is no direction"),
+    (lambda v, f: (v, f), {"direction": [0, 0, 0]}, "`direction`: .* is no direction"),
+    (lambda v, f: (v, f), {"direction": [0, np.inf, 0]}, "`direction` is three numbers"),
     (lambda v, f: (v, f), {"weld": "near"}, "`weld` is \"exact\", \"none\" or a distance"),
     (lambda v, f: (v, f), {"weld": 5.0}, "more than a hundredth of the mesh"),
     (lambda v, f: (v, f), {"preset": "best"}, "`preset` is \"default\" or \"paper\", not \"best\""),
@@ -238,6 +244,40 @@ def test_what_is_wrong_with_files_is_named(tmp_path):
         package.bake(vertices, faces, uvs=[[0, 0], [1, 1]], uv_faces=faces + 2)
     with pytest.raises(package.InputError, match="is no name of a file"):
         package.bake(vertices, faces, name="a/b")
+
+
+def test_weights_say_how_far_vertices_go():
+    vertices, faces = sphere(2)
+    free = package.denoise(vertices, faces, "taubin")
+    weights = np.linspace(0, 1, len(vertices))
+    result = package.denoise(vertices, faces, "taubin", mask=weights)
+    assert np.abs(result.deltas - free.deltas * (np.round(weights * 255) / 255)[:, None]).max() < 1e-12
+    assert np.array_equal(result.vertices[0], vertices[0]) and np.array_equal(result.vertices[-1], free.vertices[-1])
+    assert result.report["limits"]["weighted_vertices"] == len(vertices) - 1
+    mesh = package.Mesh(vertices, faces)
+    assert mesh.denoise("taubin", mask=weights).vertices.tobytes() == result.vertices.tobytes()
+    bundle = mesh.bake("taubin", mask=weights.tolist(), map="vector")
+    # The map holds 16 bits of the largest displacement.
+    target = mesh.bake("taubin", target=result.vertices, map="vector")
+    assert np.abs(bundle.heights - target.heights).max() < 1e-6 and bundle.manifest["method"]["limits"]["mask"]["from"] == "array"
+
+
+def test_weights_are_those_of_the_command_line(planish, tmp_path):
+    """Colours as single-precision weights: the mask `colour:red` and the same array."""
+    vertices, faces = sphere(2)
+    red = np.random.default_rng(3).integers(0, 256, len(vertices)).astype("u1")
+    path = tmp_path / "mesh.ply"
+    trimesh.Trimesh(vertices, faces, vertex_colors=np.stack([red] * 3 + [red * 0 + 255], 1), process=False).export(path)
+    command(planish, "denoise", path, "-o", tmp_path / "a.ply", "--method", "taubin", "--mask", "colour:red")
+    package.read(path).denoise("taubin", mask=(red / 255).astype("f4")).write(tmp_path / "b.ply")
+    assert (tmp_path / "a.ply").read_bytes() == (tmp_path / "b.ply").read_bytes() != path.read_bytes()
+
+
+@pytest.mark.parametrize("text, direction", [("0.5,0,1", (0.5, 0, 1)), ("ray:0,0,3", "ray:0,0,3")])
+def test_directions_are_those_of_the_command_line(text, direction, planish, tmp_path):
+    command(planish, "denoise", DUCK, "-o", tmp_path / "a.obj", "--method", "taubin", "--direction", text)
+    package.read(DUCK).denoise("taubin", direction=direction).write(tmp_path / "b.obj")
+    assert (tmp_path / "a.obj").read_bytes() == (tmp_path / "b.obj").read_bytes()
 
 
 # --- meshes of other packages
@@ -364,7 +404,7 @@ def test_a_forked_process_can_work_as_well():
 
 
 def test_any_number_of_workers_gives_the_files_of_the_command_line(planish, tmp_path):
-    distributed = pytest.importorskip("distributed")
+    import distributed
     from planish import dask
 
     paths = [path for path in reference_meshes() if path.stem in ("torus", "two_scales", "noisy_grid")]

@@ -29,7 +29,7 @@ pub use merge::{Borders, done, merge};
 pub use part::Part;
 pub use plan::{Plan, Split};
 pub use spread::{Cut, spread};
-pub use write::write;
+pub use write::{check_output, write};
 
 /// Number of bytes that are read from a file at a time.
 const PIECE: usize = 16 << 20;

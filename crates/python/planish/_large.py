@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _planish
-from ._errors import InputError, Interrupted
+from ._errors import Error, InputError, Interrupted
 from ._options import Progress, weights
 
 # Vertices of a tile by default. With the halo of a method that solves for all vertices, one needs about a gigabyte.
@@ -65,28 +65,33 @@ class Tiles:
         from dask.distributed import as_completed
 
         start = time.perf_counter()
-        futures = [self.client.submit(_work, self.threads, work, *each, pure=False, retries=3) for each in arguments]
+        futures = [self.client.submit(_work, self.threads, work, *each, pure=False) for each in arguments]
         try:
             self._tell(stage, 0.0)
             for done, future in enumerate(as_completed(futures), 1):
-                future.result()
+                _, error = future.result()
+                if error is not None:
+                    raise error
                 self._tell(stage, done / len(futures))
             results = self.client.gather(futures)
         finally:
             self.client.cancel(futures)
         self.seconds[stage] = self.seconds.get(stage, 0.0) + time.perf_counter() - start
-        return list(results)
+        return [result for result, _ in results]
 
     def _tell(self, stage: str, fraction: float) -> None:
         if self.progress is not None and self.progress(stage, fraction) is False:
             raise Interrupted(f"interrupted; what is done is kept in {self.folder}")
 
 
-def _work(threads: int | None, work: str, *arguments: Any) -> Any:
-    """Works in a worker."""
+def _work(threads: int | None, work: str, *arguments: Any) -> tuple[Any, Error | None]:
+    """Works in a worker. Returns the result or the error, which another worker would find as well."""
     if threads:
         os.environ.setdefault("RAYON_NUM_THREADS", str(threads))
-    return getattr(_planish, work)(*arguments)
+    try:
+        return getattr(_planish, work)(*arguments), None
+    except Error as error:
+        return None, error
 
 
 def denoise_tiles(
@@ -101,8 +106,9 @@ def denoise_tiles(
 ) -> dict[str, Any]:
     """Denoises a mesh in tiles; ``method`` is JSON."""
     path, folder = run.path, run.folder
+    digest = digest_of(path)
     count = tile_count(path) if tiles is None else tiles
-    key = key_of(digest_of(path), count, weld)
+    key = key_of(digest, count, weld)
     plan = json.loads(run.one("spreading", "tiles_spread", path, folder, key, count, weld))
     told = _weights(folder, plan["vertices"], fix, mask)
 

@@ -15,6 +15,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from . import _planish
 from ._errors import Error, InputError
 from ._large import Tiles, denoise_tiles, forget
 from ._mesh import read
@@ -118,12 +119,20 @@ def denoise_large(
     own = fspath(folder) if folder is not None else f"{output}.tiles"
     words = fix if isinstance(fix, str) else None
     options = method_options(method, preset, words, max_displacement, False, direction, parameters)
+    _planish.tiles_check(path, output)
+    is_new = not os.path.exists(own)
     os.makedirs(own, exist_ok=True)
     with _client(client, workers, memory_limit) as (active, threads):
         run = Tiles(active, threads, os.path.abspath(path), os.path.abspath(own), progress)
-        report = denoise_tiles(
-            run, os.path.abspath(output), options, tiles, halo, weld, None if isinstance(fix, str) else fix, mask
-        )
+        try:
+            report = denoise_tiles(
+                run, os.path.abspath(output), options, tiles, halo, weld, None if isinstance(fix, str) else fix, mask
+            )
+        except InputError:
+            # Earlier work is kept.
+            if is_new:
+                forget(own)
+            raise
     forget(own)
     return report
 

@@ -44,6 +44,12 @@ fn text(value: &impl serde::Serialize) -> PyResult<String> {
     serde_json::to_string(value).map_err(|e| raised(Failure::internal(e)))
 }
 
+/// Checks that a mesh file can be read in tiles, and written as another file.
+#[pyfunction]
+pub(crate) fn tiles_check(path: PathBuf, output: PathBuf) -> PyResult<()> {
+    tiles::check_output(&path, &output).map_err(raised)
+}
+
 /// Spreads a mesh file into tiles in a folder that exists, unless that was done under this key, and returns the plan.
 #[pyfunction]
 pub(crate) fn tiles_spread(py: Python, path: PathBuf, folder: PathBuf, key: String, tiles: usize, weld: Weld) -> PyResult<String> {

@@ -65,17 +65,24 @@ fn fill(file: &mut File, buffer: &mut Vec<u8>) -> std::io::Result<bool> {
     Ok(file.take(PIECE as u64).read_to_end(buffer)? < PIECE)
 }
 
+/// Checks before any work is done that the mesh file at `path` can be read piece by piece, and written as `output`.
+pub fn check_output(path: &Path, output: &Path) -> Result<(), Failure> {
+    let format = Pieces::open(path)?.stream.format();
+    let other = input::format_of(output).is_some_and(|named| named != format);
+    if other || compression::is_compressed_name(output) {
+        return Err(Failure::at(output, format!("a mesh in tiles is written as it was read, as .{}", format.name())));
+    }
+    // It checks the same things as for any other output, and is not written to.
+    Output::open(output, &[path]).map(drop)
+}
+
 /// Writes the mesh file at `path` again, as `output`, with the positions that [`merge`](super::merge()) has put together. All bytes but the
 /// numbers of moved vertices stay. The file is there whole or not at all.
 pub fn write(path: &Path, output: &Path, folder: &Path, progress: &dyn Progress) -> Result<(), Failure> {
     progress.stage("writing");
-    // It checks the same things as for any other output, and is not written to.
-    drop(Output::open(output, &[path])?);
+    check_output(path, output)?;
     let plan = Plan::of(folder)?;
     let mut pieces = Pieces::open(path)?;
-    if input::format_of(output).is_some_and(|format| format != pieces.stream.format()) || compression::is_compressed_name(output) {
-        return Err(Failure::at(output, format!("a mesh in tiles is written as it was read, as .{}", pieces.stream.format().name())));
-    }
     let mut before = Numbers::open(plan::positions(folder))?;
     let mut after = Numbers::open(merge::positions(folder))?;
     let mut staged = Staged::begin(output)?;
