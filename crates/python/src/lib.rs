@@ -30,7 +30,9 @@ mod _planish {
     #[pymodule_export]
     use super::mesh::{Mesh, apply, denoise};
     #[pymodule_export]
-    use super::tiles::{tile_denoise, tile_lengths, tiles_check, tiles_job, tiles_measure, tiles_merge, tiles_spread, tiles_write};
+    use super::tiles::{
+        tile_denoise, tile_lengths, tiles_check, tiles_job, tiles_measure, tiles_merge, tiles_spread, tiles_write,
+    };
 
     /// Runs one command line, whose first argument is the name of the program, and returns its exit code. Ctrl-C belongs to the
     /// command line from then on.

@@ -56,7 +56,9 @@ impl MethodOptions {
             return Err(Failure::Input(format!("`max_displacement` is a number between 0 and 1000000, not {d}")));
         }
         let volume = if self.preserve_volume { Volume::Preserve } else { Volume::Free };
-        if let Some((found, needed)) = mask.map(|m| (m.len(), source_vertices)).filter(|(found, needed)| found != needed) {
+        if let Some((found, needed)) =
+            mask.map(|m| (m.len(), source_vertices)).filter(|(found, needed)| found != needed)
+        {
             return Err(Failure::Input(format!("`mask` has {found} weights, and the mesh has {needed} vertices")));
         }
         let mask = mask.map(|weights| WeightMask { from: "array".to_owned(), weights: Weights::new(weights) });

@@ -36,7 +36,10 @@ impl JobOptions {
 }
 
 /// Does work without progress that is told; Ctrl-C stops it.
-fn run<T: Send>(py: Python, work: impl FnOnce(&dyn planish_geometry::progress::Progress) -> Result<T, Failure> + Send) -> PyResult<T> {
+fn run<T: Send>(
+    py: Python,
+    work: impl FnOnce(&dyn planish_geometry::progress::Progress) -> Result<T, Failure> + Send,
+) -> PyResult<T> {
     work::run(py, None, work)
 }
 
@@ -52,7 +55,14 @@ pub(crate) fn tiles_check(path: PathBuf, output: PathBuf) -> PyResult<()> {
 
 /// Spreads a mesh file into tiles in a folder that exists, unless that was done under this key, and returns the plan.
 #[pyfunction]
-pub(crate) fn tiles_spread(py: Python, path: PathBuf, folder: PathBuf, key: String, tiles: usize, weld: Weld) -> PyResult<String> {
+pub(crate) fn tiles_spread(
+    py: Python,
+    path: PathBuf,
+    folder: PathBuf,
+    key: String,
+    tiles: usize,
+    weld: Weld,
+) -> PyResult<String> {
     let cut = Cut { key, tiles, welding: weld.rule().map_err(raised)? };
     let plan = run(py, |progress| match tiles::Plan::read(&folder)? {
         Some(plan) if plan.key == cut.key => Ok(plan),

@@ -142,7 +142,8 @@ fn two_hundred_meshes_with_seven_bad_ones_are_gone_on_with_after_a_kill() {
         folder.write(&format!("in/{}", place(i)), if is_bad(i) { "v 0 0\nf 1 2 3\n".to_owned() } else { good() });
     }
     let line = "batch in -o out --method taubin --jobs 2 --resume";
-    let mut killed = folder.planish(line).stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null()).spawn();
+    let mut killed =
+        folder.planish(line).stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null()).spawn();
     let journal = folder.path("out/planish-batch.jsonl");
     let count = || std::fs::read_to_string(&journal).map_or(0, |text| text.matches("\"ok\":true").count());
     let child = killed.as_mut().unwrap();

@@ -92,7 +92,8 @@ pub fn denoise(folder: &Path, tile: usize, job: &Job, progress: &dyn Progress) -
     let plan = Plan::of(folder)?;
     let report = denoise_part(folder, &plan, tile, job, progress)?;
     let unfinished = path.with_added_extension(format!("{}.unfinished", std::process::id()));
-    std::fs::write(&unfinished, serde_json::to_vec(&report).map_err(Failure::internal)?).map_err(failed(&unfinished))?;
+    std::fs::write(&unfinished, serde_json::to_vec(&report).map_err(Failure::internal)?)
+        .map_err(failed(&unfinished))?;
     std::fs::rename(&unfinished, &path).map_err(failed(&path))?;
     Ok(report)
 }
@@ -148,13 +149,18 @@ fn denoise_part(
         }
         report.sigma = denoised.report.choice.as_ref().map(|choice| {
             let own = weld.first().iter().zip(&choice.deviations);
-            median(own.filter(|(v, sigma)| part.rings[**v as usize] == 0 && **sigma > 0.0).map(|(_, sigma)| *sigma).collect())
+            median(
+                own.filter(|(v, sigma)| part.rings[**v as usize] == 0 && **sigma > 0.0)
+                    .map(|(_, sigma)| *sigma)
+                    .collect(),
+            )
         });
         report.choice = denoised.report.choice.map(|choice| serde_json::to_value(choice).unwrap_or_default());
         (denoised.positions, denoised.deltas)
     };
     let mut out = NumbersOut::create(result(folder, tile, &job.key))?;
-    for (v, (id, ring)) in part.ids.iter().zip(&part.rings).enumerate().filter(|(_, (_, ring))| **ring <= job.halo.band) {
+    for (v, (id, ring)) in part.ids.iter().zip(&part.rings).enumerate().filter(|(_, (_, ring))| **ring <= job.halo.band)
+    {
         let vertex = weld.vertex_of()[v] as usize;
         out.index(*id)?;
         out.index((*ring).into())?;

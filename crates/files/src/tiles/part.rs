@@ -149,7 +149,9 @@ impl Part {
             }
             for (v, ring) in loaded.rings.iter().enumerate().filter(|(_, ring)| **ring < halo.max(1)) {
                 debug_assert!(*ring != FAR);
-                faces.extend(loaded.vertex_faces.get(v as Index).iter().map(|f| (loaded.face_ids[*f as usize], *tile, *f)));
+                faces.extend(
+                    loaded.vertex_faces.get(v as Index).iter().map(|f| (loaded.face_ids[*f as usize], *tile, *f)),
+                );
             }
         }
         vertices.sort_unstable_by_key(|(id, ..)| *id);
@@ -160,7 +162,8 @@ impl Part {
         for (_, tile, f) in faces {
             let corners = loaded[&tile].faces.get(f);
             // Without a halo, faces that reach beyond the tile are left out.
-            if let Some(corners) = corners.iter().map(|(id, _)| index.get(id).copied()).collect::<Option<Vec<Index>>>() {
+            if let Some(corners) = corners.iter().map(|(id, _)| index.get(id).copied()).collect::<Option<Vec<Index>>>()
+            {
                 part.faces.push(corners);
             }
         }

@@ -54,7 +54,10 @@ pub fn halo(method: &Denoising, width: Option<u16>) -> Halo {
     const CHECKED: u16 = 2;
     // Motion along a direction looks at the normals of the result.
     let turned = u64::from(method.limits.direction.is_some());
-    match rings(&method.denoiser).map(|rings| rings + turned).and_then(|rings| u16::try_from(rings).ok()?.checked_add(CHECKED)) {
+    match rings(&method.denoiser)
+        .map(|rings| rings + turned)
+        .and_then(|rings| u16::try_from(rings).ok()?.checked_add(CHECKED))
+    {
         Some(rings) => Halo { rings: rings.max(width.unwrap_or(0)), band: CHECKED, is_bounded: true },
         None => {
             let rings = width.unwrap_or(SOLVERS).max(2);

@@ -36,7 +36,9 @@ pub fn spread(path: &Path, folder: &Path, cut: &Cut, progress: &dyn Progress) ->
         return Err(Failure::Input(format!("a mesh is cut into 1 to {MOST} tiles, not {}", cut.tiles)));
     }
     if let Welding::Epsilon(_) = cut.welding {
-        return Err(Failure::Input("vertices within a distance are not welded across tiles: weld by \"exact\"".to_owned()));
+        return Err(Failure::Input(
+            "vertices within a distance are not welded across tiles: weld by \"exact\"".to_owned(),
+        ));
     }
     forget(folder)?;
     let raw = folder.join("faces");

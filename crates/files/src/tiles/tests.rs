@@ -126,7 +126,8 @@ fn limits_hold_in_tiles_as_in_the_whole_mesh() {
     let count = Obj::parse(file.clone()).unwrap().data().positions().len();
     let weights: Vec<f32> = (0..count).map(|v| (v % 5) as f32 / 4.0).collect();
     let mut method = Denoising::from(Denoiser::Laplacian(Laplacian::default()));
-    method.limits = Limits { max_displacement: Some(0.1), direction: Some("0,1,2".parse().unwrap()), ..Limits::default() };
+    method.limits =
+        Limits { max_displacement: Some(0.1), direction: Some("0,1,2".parse().unwrap()), ..Limits::default() };
     let mask = WeightMask { from: String::new(), weights: Weights::new(&weights) };
     let with_mask = Denoising { limits: Limits { mask: Some(mask), ..method.limits.clone() }, ..method.clone() };
     let (found, borders) = tiled(&file, 5, &method, Some(&weights));

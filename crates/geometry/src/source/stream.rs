@@ -50,7 +50,8 @@ impl Stream {
             Format::Ply => Kind::Ply(PlyStream::begin(first, size)?),
             format => {
                 let name = format.name().to_uppercase();
-                let reason = format!("{name} files cannot be read piece by piece: convert it to a binary PLY or an OBJ");
+                let reason =
+                    format!("{name} files cannot be read piece by piece: convert it to a binary PLY or an OBJ");
                 return Err(ReadErrorKind::Malformed(reason).at(Place::File).into());
             }
         }))
@@ -117,7 +118,11 @@ mod tests {
     }
 
     /// Hands a file over in pieces that grow from `size` bytes where nothing is whole.
-    fn in_pieces(file: &[u8], size: usize, mut take: impl FnMut(Piece) -> Result<usize, SourceError>) -> Result<(), SourceError> {
+    fn in_pieces(
+        file: &[u8],
+        size: usize,
+        mut take: impl FnMut(Piece) -> Result<usize, SourceError>,
+    ) -> Result<(), SourceError> {
         let (mut at, mut length) = (0, size);
         while at < file.len() {
             let end = (at + length).min(file.len());
@@ -136,7 +141,8 @@ mod tests {
         Ok(all)
     }
 
-    const OBJ: &[u8] = b"# head\r\nmtllib a.mtl\nf -0 1\nv 0 0 0 # a\nv 1e0 \\\n0 0 0.5 0.5 0.5\r\nv 1 1 -0\n\nf 1/1 2//2 -1\n\
+    const OBJ: &[u8] =
+        b"# head\r\nmtllib a.mtl\nf -0 1\nv 0 0 0 # a\nv 1e0 \\\n0 0 0.5 0.5 0.5\r\nv 1 1 -0\n\nf 1/1 2//2 -1\n\
         v 0 1 0.25\nf 3 4 1 \\\n 2\nf 1 2\nv 7 7 7";
 
     fn ply(order: &str) -> Vec<u8> {
@@ -182,7 +188,8 @@ mod tests {
                 let mut stream = Stream::begin(&file, file.len() as u64, None).unwrap();
                 let mut changes = source.data().positions().iter().zip(&moved).map(|(a, b)| [*a, *b]);
                 let mut out = Vec::new();
-                in_pieces(&file, size, |piece| stream.rewrite(piece, &mut || changes.next().unwrap(), &mut out)).unwrap();
+                in_pieces(&file, size, |piece| stream.rewrite(piece, &mut || changes.next().unwrap(), &mut out))
+                    .unwrap();
                 assert!(out == written && changes.next().is_none(), "{size}");
             }
         }

@@ -70,7 +70,9 @@ impl PlyStream {
                 };
                 let position = DVec3::from_array([0, 1, 2].map(coordinate));
                 if !position.is_finite() {
-                    return Err(ReadErrorKind::Malformed(format!("vertex {vertex} has a coordinate that is not finite")));
+                    return Err(ReadErrorKind::Malformed(format!(
+                        "vertex {vertex} has a coordinate that is not finite"
+                    )));
                 }
                 vertex += 1;
                 receiver.vertex(position);
