@@ -100,13 +100,25 @@ def test_tiles_of_auto_meet_without_a_step(client, tmp_path):
     whole = noisy.denoise()
     report = dask.denoise_large(path, tmp_path / "tiles.ply", client=client, tiles=2, halo=30)
     edge = 2 * np.pi * 0.6 / 64
-    assert report["borders"]["jump_in_sigma"] < 0.01, report["borders"]
+    # The largest step is that of single vertices, which are outliers for one tile alone.
+    assert report["borders"]["rms_jump_in_sigma"] < 0.01 < report["borders"]["gap"] / report["sigma"], report["borders"]
+    assert report["borders"]["jump_in_sigma"] < 0.1, report["borders"]
     assert report["sigma"] == pytest.approx(0.2 * edge, rel=0.3)
     assert not report["exact"] and len(report["choices"]) == 2
     # As good as the whole.
     found = package.read(tmp_path / "tiles.ply").vertices
     apart = np.linalg.norm(found - whole.vertices, axis=1)
     assert np.sqrt((apart**2).mean()) < 0.3 * report["sigma"], apart.max()
+
+
+def test_tiles_of_map_meet_without_a_step(client, tmp_path):
+    path = tmp_path / "mesh.ply"
+    write_ply(path, *torus(160, 48))
+    report = dask.denoise_large(path, tmp_path / "tiles.ply", "map", client=client, tiles=2, halo=20)
+    sigma = 0.2 * 2 * np.pi * 0.6 / 48
+    assert 0 < report["borders"]["jump"] < 0.01 * sigma, report["borders"]
+    whole = package.read(path).denoise("map").vertices
+    assert np.linalg.norm(package.read(tmp_path / "tiles.ply").vertices - whole, axis=1).max() < 0.1 * sigma
 
 
 def test_a_worker_that_dies_is_replaced(large, tmp_path):

@@ -187,7 +187,8 @@ def _report(
         "tiles_kept": kept,
         "halo": facts["halo"],
         "exact": bool(facts["bounded"] and borders["different"] == 0 and not misoriented),
-        "borders": borders | {"jump_in_sigma": borders["jump"] / sigma if sigma else None},
+        "borders": borders
+        | {f"{jump}_in_sigma": borders[jump] / sigma if sigma else None for jump in ("jump", "rms_jump")},
         "sigma": sigma,
         "mean_displacement": sum(tile["displacement"] for tile in done) / plan["vertices"],
         "max_displacement": max(tile["max_displacement"] for tile in done),

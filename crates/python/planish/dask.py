@@ -109,7 +109,8 @@ def denoise_large(
 
     Returns a report: ``exact`` (whether it is that of the whole mesh bit for bit), ``borders`` with the agreement of tiles where two of them have the
     same vertices (``gap``: largest distance between their results, ``jump``: largest step that is left of it between neighbours,
-    ``jump_in_sigma``: the same in standard deviations of the noise, for "auto"), ``tiles`` (vertices of each), ``tiles_kept`` (done before
+    ``rms_jump``: root of the mean square of these steps, model units, and ``jump_in_sigma`` and ``rms_jump_in_sigma``: the same in
+    standard deviations of the noise, for "auto"), ``tiles`` (vertices of each), ``tiles_kept`` (done before
     this call), ``mean_displacement``, ``max_displacement`` (model units), and ``seconds`` of each stage.
 
     Raises :class:`planish.InputError` if the file is no mesh or of another format, :class:`planish.Interrupted` if ``progress`` returned

@@ -25,8 +25,10 @@ pub struct Borders {
     /// Root of the mean square of that distance.
     pub rms_gap: f64,
     /// Largest step between neighbouring vertices that comes of the border: the gap, or what is left of it where results of tiles
-    /// go over into each other.
+    /// go over into each other. A single vertex may be an outlier for one tile and not for the other.
     pub jump: f64,
+    /// Root of the mean square of that step.
+    pub rms_jump: f64,
 }
 
 /// A vertex that several tiles have denoised.
@@ -36,6 +38,7 @@ struct Shared {
     sum: DVec3,
     weight: f64,
     gap: f64,
+    jump: f64,
 }
 
 /// File of the denoised position of each source vertex. #v×3
@@ -81,17 +84,21 @@ pub fn merge(folder: &Path, job: &Job, progress: &dyn Progress) -> Result<Border
         out.position(blended.map_or(found.position, |shared| shared.sum / shared.weight))?;
     }
     out.finish()?;
-    let gaps = || shared.values().map(|shared| shared.gap);
-    let gap = gaps().fold(0.0, f64::max);
-    let mut squares: Vec<f64> = gaps().map(|gap| gap * gap).collect();
-    squares.sort_unstable_by(f64::total_cmp);
-    Ok(Borders {
-        vertices: shared.len(),
-        different: gaps().filter(|gap| *gap > 0.0).count(),
-        gap,
-        rms_gap: (squares.iter().sum::<f64>() / shared.len().max(1) as f64).sqrt(),
-        jump: if job.halo.is_bounded { gap } else { gap / f64::from(job.halo.band + 1) },
-    })
+    let (gap, rms_gap) = largest_and_rms(shared.values().map(|shared| shared.gap).collect());
+    let (jump, rms_jump) = match job.halo.is_bounded {
+        true => (gap, rms_gap),
+        false => largest_and_rms(shared.values().map(|shared| shared.jump).collect()),
+    };
+    let different = shared.values().filter(|shared| shared.gap > 0.0).count();
+    Ok(Borders { vertices: shared.len(), different, gap, rms_gap, jump, rms_jump })
+}
+
+/// Largest of some lengths, and the root of their mean square; 0 of none.
+fn largest_and_rms(mut lengths: Vec<f64>) -> (f64, f64) {
+    // Whatever order they came in, the sum is the same.
+    lengths.sort_unstable_by(f64::total_cmp);
+    let squares = lengths.iter().map(|length| length * length).sum::<f64>();
+    (lengths.last().copied().unwrap_or(0.0), (squares / lengths.len().max(1) as f64).sqrt())
 }
 
 fn read(file: &mut Numbers) -> Result<Option<Found>, Failure> {
@@ -131,7 +138,7 @@ fn shared(folder: &Path, plan: &Plan, job: &Job, progress: &dyn Progress) -> Res
     })?;
     each(&mut |found| {
         if let (0, Some(shared)) = (found.ring, shared.get_mut(&found.id)) {
-            *shared = Shared { own: found.position, sum: found.position, weight: 1.0, gap: 0.0 };
+            *shared = Shared { own: found.position, sum: found.position, weight: 1.0, gap: 0.0, jump: 0.0 };
         }
     })?;
     let rings = f64::from(job.halo.band) + 1.0;
@@ -140,7 +147,10 @@ fn shared(folder: &Path, plan: &Plan, job: &Job, progress: &dyn Progress) -> Res
             let weight = 1.0 - f64::from(found.ring) / rings;
             shared.sum += weight * found.position;
             shared.weight += weight;
-            shared.gap = shared.gap.max(shared.own.distance(found.position));
+            let gap = shared.own.distance(found.position);
+            shared.gap = shared.gap.max(gap);
+            // The share of the other tile is w / (1 + w), and w falls by one part of the rings from ring to ring.
+            shared.jump = shared.jump.max(gap / rings / (1.0 + weight).powi(2));
         }
     })?;
     Ok(shared)
