@@ -1,27 +1,25 @@
 //! Numbers of vertices and faces by which near ones are near in memory.
 //!
-//! Guy M. Morton. A computer oriented geodetic data base and a new technique in file sequencing. IBM, 1966: cells of a grid in the
-//! order of their interleaved coordinates.
+//! Elizabeth Cuthill, James McKee. Reducing the bandwidth of sparse symmetric matrices. ACM National Conference 1969: vertices in the order
+//! in which a search over the edges finds them.
 
 use crate::mesh::jagged::{Index, Ragged};
 use crate::mesh::surface::Surface;
 use crate::mesh::topology::Topology;
-use glam::DVec3;
 
-/// A surface whose vertices and faces are numbered along a curve that fills its bounding box.
+/// A surface whose vertices and faces are numbered in the order in which a search over the edges finds them. It depends on the
+/// numbers that they had, but not on how the surface lies in space.
 pub(crate) struct Localised {
     pub(crate) surface: Surface,
     /// Index in the original surface of each vertex. #V
-    originals: Vec<Index>,
+    pub(crate) originals: Vec<Index>,
 }
 
 impl Localised {
     /// Renumbers a surface. Each face keeps the order of its corners; those of the same lowest vertex keep their order.
     pub(crate) fn of(surface: &Surface) -> Self {
         let positions = surface.positions();
-        let codes = codes(positions);
-        let mut originals: Vec<Index> = (0..positions.len() as Index).collect();
-        originals.sort_by_key(|&v| codes[v as usize]);
+        let originals = found_over_edges(surface.topology());
         let mut new_of = vec![0; originals.len()];
         (0..).zip(&originals).for_each(|(new, &v)| new_of[v as usize] = new);
         let faces = surface.topology().faces();
@@ -42,42 +40,34 @@ impl Localised {
     }
 }
 
-/// Morton codes of points, in a grid of 2²¹ cells along the longest side of their bounding box.
-fn codes(points: &[DVec3]) -> Vec<u64> {
-    let (low, high) = points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), p| (a.min(*p), b.max(*p)));
-    let longest = (high - low).max_element();
-    let scale = if longest > 0.0 { f64::from((1 << 21) - 1) / longest } else { 0.0 };
-    let code = |p: &DVec3| {
-        let [x, y, z] = ((*p - low) * scale).to_array().map(|x| spread(x as u64));
-        x | y << 1 | z << 2
-    };
-    points.iter().map(code).collect()
-}
-
-/// Moves bit k of 21 bits to bit 3k.
-fn spread(x: u64) -> u64 {
-    const STEPS: [(u32, u64); 5] = [
-        (32, 0x001f_0000_0000_ffff),
-        (16, 0x001f_0000_ff00_00ff),
-        (8, 0x100f_00f0_0f00_f00f),
-        (4, 0x10c3_0c30_c30c_30c3),
-        (2, 0x1249_2492_4924_9249),
-    ];
-    STEPS.iter().fold(x, |x, (shift, mask)| (x | x << shift) & mask)
+/// Vertices in the order in which a search over the edges finds them, component by component.
+fn found_over_edges(topology: &Topology) -> Vec<Index> {
+    let count = topology.vertex_count();
+    let mut is_found = vec![false; count];
+    let mut found: Vec<Index> = Vec::with_capacity(count);
+    for start in 0..count as Index {
+        if std::mem::replace(&mut is_found[start as usize], true) {
+            continue;
+        }
+        let mut next = found.len();
+        found.push(start);
+        while next < found.len() {
+            for &w in topology.rings().get(found[next]) {
+                if !std::mem::replace(&mut is_found[w as usize], true) {
+                    found.push(w);
+                }
+            }
+            next += 1;
+        }
+    }
+    found
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::mesh::shapes;
-
-    #[test]
-    fn bits_are_spread_by_three() {
-        for x in [0, 1, 0b1011, 0x1f_ffff, 0x15_5555] {
-            let slow = (0..21).map(|k| (x >> k & 1) << (3 * k)).sum::<u64>();
-            assert_eq!(spread(x), slow);
-        }
-    }
+    use glam::DVec3;
 
     #[test]
     fn a_renumbered_surface_is_the_same_and_near_in_memory() {
