@@ -102,7 +102,6 @@ def test_tiles_of_auto_meet_without_a_step(client, tmp_path):
     edge = 2 * np.pi * 0.6 / 64
     # The largest step is that of single vertices, which are outliers for one tile alone.
     assert report["borders"]["rms_jump_in_sigma"] < 0.01 < report["borders"]["gap"] / report["sigma"], report["borders"]
-    assert report["borders"]["jump_in_sigma"] < 0.1, report["borders"]
     assert report["sigma"] == pytest.approx(0.2 * edge, rel=0.3)
     assert not report["exact"] and len(report["choices"]) == 2
     # As good as the whole.
