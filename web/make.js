@@ -1,13 +1,12 @@
-// Puts the page together in dist, where `web/build` has put the library: sources, three.js, the snippets of the documentation and
-// the samples. Says how large the page is.
+// Puts the page together in a folder, where `web/build` has put the library: sources, three.js, the snippets of the documentation
+// and the samples. Says how large the page is.
 import { createHash } from 'node:crypto';
-import { spawnSync } from 'node:child_process';
-import { cpSync, mkdirSync, readFileSync, readdirSync, renameSync, statSync, writeFileSync } from 'node:fs';
+import { cpSync, mkdirSync, readFileSync, readdirSync, statSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import { gzipSync } from 'node:zlib';
 import { transformSync } from 'esbuild';
 
-const DIST = 'dist';
+const DIST = process.argv[2];
 const SAMPLES = ['duck_noisy.obj', 'duck.mtl', 'flange_noisy.obj', 'flange.mtl'];
 const SNIPPETS = ['threejs-gltf'];
 const THREE = {
@@ -29,14 +28,6 @@ const put = (name, content) => {
   writeFileSync(path.join(DIST, name), content);
 };
 
-// wasm-opt makes the library smaller and a little faster.
-const library = path.join(DIST, 'planish_web_bg.wasm');
-const options = ['-O3', '--enable-simd', '--enable-bulk-memory', '--enable-nontrapping-float-to-int', '--enable-sign-ext',
-  '--enable-mutable-globals', '--enable-reference-types', '--enable-multivalue'];
-const optimised = spawnSync('node_modules/.bin/wasm-opt', [...options, library, '-o', `${library}.new`], { stdio: 'inherit' });
-if (optimised.status !== 0) throw new Error('wasm-opt failed');
-renameSync(`${library}.new`, library);
-
 const page = readFileSync('src/index.html', 'utf8');
 const hash = `sha256-${sha256(IMPORTS, 'base64')}`;
 for (const name of readdirSync('src')) cpSync(path.join('src', name), path.join(DIST, name));
@@ -56,11 +47,11 @@ const files = readdirSync(DIST, { recursive: true }).filter((name) => statSync(p
 files.sort();
 const version = sha256(files.map((name) => `${name} ${sha256(readFileSync(path.join(DIST, name)), 'hex')}`).join('\n'), 'hex');
 const worker = readFileSync('src/sw.js', 'utf8');
-put('sw.js', worker.replace('PAGE_VERSION', version.slice(0, 16)).replace('PAGE_FILES', JSON.stringify(['./', ...files.filter((name) => name !== 'index.html')])));
+put('sw.js', worker.replace('PAGE_VERSION', version.slice(0, 16)).replace('PAGE_FILES', JSON.stringify(['./', ...files])));
 
 const packed = (names) => names.reduce((sum, name) => sum + gzipSync(readFileSync(path.join(DIST, name)), { level: 9 }).length, 0);
 const kilo = (bytes) => `${Math.round(bytes / 1000)} kB`;
 const samples = files.filter((name) => name.startsWith('samples/'));
 const first = ['index.html', 'style.css', 'main.js', 'engine.js', 'files.js', 'settings.js', 'icon.svg'];
-console.log(`web/dist: ${files.length + 1} files; with gzip ${kilo(packed(first))} until something is seen, ` +
+console.log(`${files.length + 1} files; with gzip ${kilo(packed(first))} until something is seen, ` +
   `${kilo(packed(['planish_web_bg.wasm']))} the library, ${kilo(packed(files) - packed(samples))} in all without the samples, ${kilo(packed(samples))} the samples`);

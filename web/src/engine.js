@@ -18,7 +18,8 @@ export class Engine {
     this.waiting = new Map();
     this.worker = new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
     this.worker.onmessage = ({ data }) => this.answer(data);
-    this.worker.onerror = (event) => this.stop(new Error(event.message || 'the worker could not be started'));
+    // Not started again: what failed would fail for ever.
+    this.worker.onerror = (event) => this.fail(new Error(event.message || 'this browser cannot start the worker of the page'));
   }
 
   answer({ id, result, error, fault, stage, fraction }) {
@@ -62,6 +63,10 @@ export class Engine {
     this.worker.terminate();
     const waiting = this.waiting;
     this.start();
+    this.fail(reason, waiting);
+  }
+
+  fail(reason, waiting = this.waiting) {
     for (const call of waiting.values()) call.reject(reason);
   }
 }

@@ -16,12 +16,18 @@ let baked;
 /// Number of the work that is going on; older work finds that it is not its turn any more.
 let turn = 0;
 
-start();
+/// Names of files that a mesh names.
+const BESIDE = /\.(mtl|bin|png|jpe?g|tga|bmp|tiff?|exr|hdr|webp|gif)$/i;
+
+start().catch(fail);
 
 async function start() {
   connect();
   const [methods, first] = [JSON.parse(await engine.call('methods')), await engine.call('default_method')];
+  // The method that needs no settings comes first.
+  methods.sort((a, b) => (b.name === first) - (a.name === first));
   settings = new Settings(methods, first, () => ($('bake').disabled = !mesh));
+  $('version').textContent = await engine.call('version');
   document.documentElement.dataset.ready = 'yes';
 }
 
@@ -82,7 +88,7 @@ async function open(files) {
   const isMesh = await Promise.all(files.map(({ path }) => engine.call('is_mesh', path).catch(() => false)));
   const meshes = files.map(({ path }) => path).filter((_, k) => isMesh[k]);
   if (mine !== turn) return;
-  if (meshes.length === 0 && !mesh) {
+  if (meshes.length === 0 && !(mesh && files.every(({ path }) => BESIDE.test(path)))) {
     // Its content may be a mesh all the same; if not, the library says so.
     meshes.push(files[0].path);
   }
@@ -109,7 +115,11 @@ async function open(files) {
 /// Shows that there is no result.
 function close() {
   baked = undefined;
-  if (view) Object.assign(view, { entry: undefined, isKept: false });
+  if (view) {
+    Object.assign(view, { entry: undefined, isKept: false });
+    view.clear();
+    view.draw();
+  }
   for (const id of ['view', 'downloads']) $(id).disabled = true;
   for (const id of ['result', 'divider', 'left-label', 'right-label', 'legend']) $(id).hidden = true;
 }
@@ -154,7 +164,6 @@ async function bakeNow(isMine) {
   $('bake').disabled = true;
   for (const id of ['view', 'downloads']) $(id).disabled = false;
   $('texture').disabled = !view.hasColours;
-  $('save-mesh').textContent = `Mesh with this λ (${format()})`;
   tell(options);
   look();
 }
@@ -162,7 +171,10 @@ async function bakeNow(isMine) {
 /// Report, warnings and command of the bake.
 function tell(options) {
   $('result').hidden = false;
-  $('report').textContent = baked.report;
+  // A line has its head in the first nine columns.
+  const cell = (tag, text) => Object.assign(document.createElement(tag), { textContent: text.trim() });
+  const lines = baked.report.trimEnd().split('\n');
+  $('report').replaceChildren(...lines.flatMap((line) => [cell('dt', line.slice(0, 9)), cell('dd', line.slice(9))]));
   $('warnings').replaceChildren(
     ...baked.warnings.map((warning) => Object.assign(document.createElement('li'), { textContent: warning })),
   );
@@ -176,6 +188,7 @@ function quoted(name) {
 /// Takes what the widgets of the view say.
 function look() {
   $('lambda-value').value = Number($('lambda').value).toFixed(2);
+  if (baked) $('save-mesh').textContent = `Mesh with λ = ${$('lambda-value').value} (${format()})`;
   if (!view) return;
   const [isSplit, hasHeights, hasTexture] = ['split', 'heights', 'texture'].map((id) => $(id).checked);
   const isDressed = view.hasHeights === hasHeights && view.hasTexture === hasTexture && view.isDressed === baked;

@@ -55,14 +55,17 @@ export class Settings {
     if (parameter.kind === 'count' || parameter.kind === 'number') return this.number(parameter);
     const select = document.createElement('select');
     select.dataset.parameter = parameter.name;
-    if (parameter.optional || parameter.default === null) select.add(new Option('chosen', ''));
+    if (parameter.kind !== 'words' && (parameter.optional || parameter.default === null)) select.add(new Option('chosen', ''));
     const option = ({ name, help }) => Object.assign(new Option(name, name), { title: help });
     select.append(...parameter.words.map(option));
     if (parameter.kind === 'words') {
       select.multiple = true;
       select.size = Math.min(6, parameter.words.length);
       for (const choice of select.options) choice.selected = parameter.default?.includes(choice.value) ?? false;
-      select.onchange = () => this.set(parameter, [...select.selectedOptions].map((choice) => choice.value).filter(Boolean));
+      select.onchange = () => {
+        const chosen = [...select.selectedOptions].map((choice) => choice.value);
+        this.set(parameter, chosen.length > 0 ? chosen : parameter.default);
+      };
     } else {
       select.value = parameter.default ?? '';
       select.onchange = () => this.set(parameter, select.value || null);

@@ -125,7 +125,7 @@ export class View {
   frame() {
     const sphere = new THREE.Box3().setFromObject(this.object).getBoundingSphere(new THREE.Sphere());
     const radius = sphere.radius || 1;
-    const towards = this.camera.up.z ? new THREE.Vector3(0.7, -1, 0.5) : new THREE.Vector3(-0.6, 0.45, -1);
+    const towards = this.camera.up.z ? new THREE.Vector3(0.7, -1, 0.5) : new THREE.Vector3(0.6, 0.35, 1);
     this.controls.target.copy(sphere.center);
     this.camera.position.copy(sphere.center).addScaledVector(towards.normalize(), radius * 3.6);
     Object.assign(this.camera, { near: radius / 50, far: radius * 100 });

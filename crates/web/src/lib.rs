@@ -1,5 +1,5 @@
 //! planish in a browser: reads, bakes and displaces meshes that the page has put into memory. All of it is what the command line
-//! does, with the same bytes, in the working folder `/` whose files [`put`] makes.
+//! does, by the same functions, in the working folder `/` whose files [`put`] makes.
 //!
 //! Functions run to their end, so the page calls them in a worker. They tell progress to the function `planishProgress` of the
 //! worker, and are cancelled by ending it. Errors are the lines that the command line prints.
@@ -28,6 +28,16 @@ extern "C" {
     /// Is told the stage of the work and the fraction of it that is done.
     #[wasm_bindgen(js_name = planishProgress)]
     fn tell(stage: &str, fraction: f64);
+
+    /// Writes to the console of the browser.
+    #[wasm_bindgen(js_namespace = console)]
+    fn error(text: &str);
+}
+
+/// Lets a fault of the library say in the console what it is.
+#[wasm_bindgen(start)]
+fn start() {
+    std::panic::set_hook(Box::new(|panic| error(&panic.to_string())));
 }
 
 /// Progress that the page is told.
