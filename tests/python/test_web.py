@@ -161,17 +161,19 @@ def test_a_textured_obj_becomes_a_bundle_that_the_command_line_knows(visit, plan
     scan = tmp_path / "scan"
     scan.mkdir()
     files = textured(scan)
-    shown = {name: picture(f"web-{name}", tmp_path) for name in ("denoised", "half", "noisy", "plain", "heights", "page")}
-    [_, error, *_, bundle, mesh, glb, positions, report, command, _] = visit(
+    names = ["denoised", "half", "noisy", "plain", "heights", "split", "page"]
+    shown = {name: picture(f"web-{name}", tmp_path) for name in names}
+    [_, error, *_, bundle, mesh, glb, report, command, positions] = visit(
         ["drop", files], ["done"],
         ["check", "#split", False], ["picture", shown["denoised"], "#canvas"],
         ["fill", "#lambda", "0.5"], ["picture", shown["half"], "#canvas"],
         ["fill", "#lambda", "0"], ["picture", shown["noisy"], "#canvas"],
         ["check", "#texture", False], ["picture", shown["plain"], "#canvas"],
         ["check", "#heights", True], ["fill", "#lambda", "0.75"], ["picture", shown["heights"], "#canvas"],
-        ["check", "#heights", False], ["check", "#texture", True], ["check", "#split", True],
+        ["check", "#heights", False], ["check", "#split", True], ["picture", shown["split"], "#canvas"],
+        ["check", "#texture", True], ["picture", shown["page"]],
         ["download", "#save-zip"], ["download", "#save-mesh"], ["download", "#save-glb"],
-        ["positions"], ["text", "#report"], ["text", "#command"], ["picture", shown["page"]],
+        ["text", "#report"], ["text", "#command"], ["positions"],
     )  # fmt: skip
     assert error == ""
     with zipfile.ZipFile(bundle) as archive:
@@ -198,6 +200,11 @@ def test_a_textured_obj_becomes_a_bundle_that_the_command_line_knows(visit, plan
     assert roughness(shown["denoised"]) < roughness(shown["half"]) < roughness(shown["noisy"])
     assert differences(shown["noisy"], shown["plain"]) > 0.05
     assert differences(shown["plain"], shown["heights"]) > 0.05
+    # Left of the line is what λ = 0 gives.
+    split, plain = pixels(shown["split"]), pixels(shown["plain"])
+    middle = split.shape[1] // 2
+    assert np.array_equal(split[:, : middle - 40], plain[:, : middle - 40])
+    assert not np.array_equal(split[:, middle + 40 :], plain[:, middle + 40 :])
 
 
 def test_a_ply_with_settings_becomes_the_bundle_of_the_command_line(visit, planish, tmp_path):
