@@ -108,7 +108,10 @@ fn layouts_that_cannot_hold_the_heights_have_private_texels() {
         assert_eq!((bundle.manifest.displacement.layout, &bundle.fallback), (Layout::Uv, &None), "{name}");
         let report = keeps_its_promises(&model, &automatic, &bundle).manifest.report;
         assert_eq!(report.unresolved_vertices, 0, "{name}");
-        assert!((1..report.layout.crowded_vertices + 1).contains(&report.private_vertices), "{name}: {report:?}");
+        // Where charts overlap, vertices that are not crowded read the texels of other charts.
+        let layout = &report.layout;
+        let most = if layout.overlapping_texels > 0 { usize::MAX } else { layout.crowded_vertices };
+        assert!((1..=most).contains(&report.private_vertices), "{name}: {report:?}");
 
         let insisted = BakeSettings { side: Some(512), ..settings(LayoutChoice::Uv, TexelFormat::Png16) };
         let read = keeps_its_promises(&model, &insisted, &bake(&model, &insisted));

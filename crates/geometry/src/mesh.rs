@@ -8,6 +8,7 @@ pub mod csr;
 pub mod curvature;
 pub mod jagged;
 pub mod laplacian;
+pub(crate) mod locality;
 pub mod normals;
 pub mod orientation;
 pub mod polygon;

@@ -53,6 +53,11 @@ impl Umbrella {
         Self { rows, columns, irregular }
     }
 
+    /// U and its transpose in single precision.
+    pub(super) fn in_single_precision(&self) -> [Csr<f32>; 2] {
+        [&self.rows, &self.columns].map(Csr::in_single_precision)
+    }
+
     /// Entries (column, value) of row v of U.
     pub(super) fn row(&self, v: Index) -> &[(Index, f64)] {
         self.rows.row(v)
@@ -181,9 +186,14 @@ impl BoundaryConstraint {
         Self { fixed: vertices.iter().map(|&v| self.fixed[v as usize]).collect() }
     }
 
+    /// Whether vertex v stays.
+    pub(super) fn holds(&self, v: usize) -> bool {
+        self.fixed.get(v).is_some_and(|fixed| *fixed)
+    }
+
     /// Offset that vertex v may take: the given one, or zero where the vertex stays.
     pub(super) fn projected(&self, v: usize, offset: DVec3) -> DVec3 {
-        if self.fixed.get(v).is_some_and(|fixed| *fixed) { DVec3::ZERO } else { offset }
+        if self.holds(v) { DVec3::ZERO } else { offset }
     }
 }
 

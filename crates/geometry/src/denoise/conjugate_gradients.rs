@@ -7,7 +7,7 @@
 //! product serves all of them. What the solver does with unknowns is the trait [`Vector`].
 
 use crate::progress::{Cancelled, Progress};
-use glam::DVec3;
+use glam::{DVec3, Vec3A};
 use rayon::prelude::*;
 use std::ops::{Add, Mul};
 
@@ -21,19 +21,45 @@ pub(super) fn sum_in_order(chunks: impl IndexedParallelIterator<Item = f64>) -> 
 }
 
 /// One unknown of a system.
-pub(super) trait Unknown: Copy + Send + Sync + Add<Output = Self> + Mul<f64, Output = Self> {
+pub(super) trait Unknown: Copy + Send + Sync + Add<Output = Self> + Mul<Self::Scalar, Output = Self> {
+    /// Number type of factors: single precision is enough where a system only steers towards the next one.
+    type Scalar: Copy + Send + Sync;
+
     /// Additive identity.
     const ZERO: Self;
 
-    /// Squared Euclidean norm.
-    fn norm2(self) -> f64;
+    /// A factor of this type.
+    fn scalar(x: f64) -> Self::Scalar;
+
+    /// Squared Euclidean norm times a weight.
+    fn weighted_norm2(self, weight: Self::Scalar) -> f64;
 }
 
 impl Unknown for DVec3 {
+    type Scalar = f64;
     const ZERO: Self = Self::ZERO;
 
-    fn norm2(self) -> f64 {
-        self.length_squared()
+    fn scalar(x: f64) -> f64 {
+        x
+    }
+
+    fn weighted_norm2(self, weight: f64) -> f64 {
+        weight * self.length_squared()
+    }
+}
+
+impl Unknown for Vec3A {
+    type Scalar = f32;
+    const ZERO: Self = Self::ZERO;
+
+    #[inline(always)]
+    fn scalar(x: f64) -> f32 {
+        x as f32
+    }
+
+    #[inline(always)]
+    fn weighted_norm2(self, weight: f32) -> f64 {
+        f64::from(weight * self.length_squared())
     }
 }
 
@@ -59,34 +85,41 @@ pub(super) trait Vector {
 }
 
 impl<U: Unknown> Vector for Vec<U> {
-    type InverseDiagonal = Vec<f64>;
+    type InverseDiagonal = Vec<U::Scalar>;
 
     fn set_zero(&mut self) {
         self.fill(U::ZERO);
     }
 
     fn axpy(&mut self, alpha: f64, y: &Self) {
+        let alpha = U::scalar(alpha);
         self.par_iter_mut().zip(y).with_min_len(CHUNK).for_each(|(x, y)| *x = *x + *y * alpha);
     }
 
-    fn axpy_norm2(&mut self, alpha: f64, y: &Self, inverse: &Vec<f64>) -> f64 {
+    fn axpy_norm2(&mut self, alpha: f64, y: &Self, inverse: &Self::InverseDiagonal) -> f64 {
+        let alpha = U::scalar(alpha);
         let chunks = self.par_chunks_mut(CHUNK).zip(y.par_chunks(CHUNK)).zip(inverse.par_chunks(CHUNK));
         sum_in_order(chunks.map(|((x, y), inverse)| {
             x.iter_mut().zip(y).zip(inverse).fold(0.0, |sum, ((x, y), inverse)| {
                 *x = *x + *y * alpha;
-                sum + inverse * x.norm2()
+                sum + x.weighted_norm2(*inverse)
             })
         }))
     }
 
-    fn precondition(&mut self, residual: &Self, beta: f64, inverse: &Vec<f64>) {
+    fn precondition(&mut self, residual: &Self, beta: f64, inverse: &Self::InverseDiagonal) {
+        let beta = U::scalar(beta);
         let slots = self.par_iter_mut().zip(residual).zip(inverse).with_min_len(CHUNK);
         slots.for_each(|((x, r), inverse)| *x = *r * *inverse + *x * beta);
     }
 
-    fn weighted_norm2(&self, inverse: &Vec<f64>) -> f64 {
+    fn weighted_norm2(&self, inverse: &Self::InverseDiagonal) -> f64 {
         let chunks = self.par_chunks(CHUNK).zip(inverse.par_chunks(CHUNK));
-        sum_in_order(chunks.map(|(x, inverse)| x.iter().zip(inverse).fold(0.0, |sum, (x, w)| sum + w * x.norm2())))
+        sum_in_order(
+            chunks.map(|(x, inverse)| {
+                x.iter().zip(inverse).fold(0.0, |sum, (x, inverse)| sum + x.weighted_norm2(*inverse))
+            }),
+        )
     }
 }
 

@@ -30,6 +30,7 @@ use super::vertex_update::least_squares::MAX_HALVINGS;
 use super::vertex_update::{MOTION, undo_flips};
 use super::{Boundary, Motion};
 use crate::mesh::jagged::Index;
+use crate::mesh::locality::Localised;
 use crate::mesh::surface::Surface;
 use crate::mesh::union_find::UnionFind;
 use crate::progress::{Cancelled, Progress};
@@ -103,6 +104,8 @@ impl DenoiseMethod for Learned {
     };
 
     fn deltas(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
+        let localised = Localised::of(surface);
+        let surface = &localised.surface;
         let topology = surface.topology();
         let is_fixed = |v: Index| self.boundary == Boundary::Fixed && topology.is_boundary(v);
         let fixed = (0..surface.positions().len() as Index).map(is_fixed).collect();
@@ -110,7 +113,7 @@ impl DenoiseMethod for Learned {
         let mut cascade = Cascade::new(surface.positions(), &mesh, fixed);
         let weights = self.loaded.as_deref().unwrap_or_else(|| LearnedWeights::built_in());
         cascade.run(&weights.stages, true, progress)?;
-        Ok(cascade.deltas())
+        Ok(localised.restored(&cascade.deltas()))
     }
 
     fn motion_mut(&mut self) -> Option<&mut Motion> {

@@ -42,6 +42,7 @@ use super::noise_level::{self, NoiseEstimate};
 use super::parameters::{HUGE, Parameter, Preset, TINY};
 use super::vertex_update::MOTION;
 use super::{Boundary, Motion};
+use crate::mesh::locality::Localised;
 use crate::mesh::surface::Surface;
 use crate::named;
 use crate::named::Named;
@@ -229,6 +230,8 @@ impl DenoiseMethod for Map {
 /// Estimates the surface and returns δ = p − p*. #V×3, model units
 pub(super) fn deltas(surface: &Surface, settings: &Map, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
     progress.check()?;
+    let localised = Localised::of(surface);
+    let surface = &localised.surface;
     let connectivity = Connectivity::of(surface);
     let noise = NoiseEstimate::of(surface, &connectivity, progress)?;
     let kind = noise.level.kind();
@@ -247,5 +250,5 @@ pub(super) fn deltas(surface: &Surface, settings: &Map, progress: &dyn Progress)
     let problem = Problem { max_steps: settings.steps, ..Problem::new(&connectivity, &constraint, &field) };
     let guess = problem.guess(input, progress)?;
     let offsets = problem.estimate(input, &guess, &settings.prior, progress)?;
-    Ok(connectivity.undo_flips(input, offsets, &field))
+    Ok(localised.restored(&connectivity.undo_flips(input, offsets, &field)))
 }

@@ -135,15 +135,26 @@ impl NoiseField {
         verdict: Verdict,
         progress: &dyn Progress,
     ) -> Result<Self, Cancelled> {
-        let regions = Regions::of(surface.topology(), RINGS, LEAST_REGION);
-        let statistics = Statistics::of(surface, connectivity, &regions, progress)?;
-        let network = Network::built_in();
-        let readings: Vec<Option<Reading>> =
-            statistics.regions.par_iter().map(|s| s.as_ref().map(|s| network.read(s))).collect();
-        let noisy = noisy_regions(&regions, &statistics.regions, &readings, verdict);
+        let statistics = Statistics::of(surface, connectivity, progress)?;
+        let partition = |start: Index| Regions::of(surface.topology(), start, RINGS, LEAST_REGION);
+        let regions = partition(0);
+        let of_regions = statistics.of_regions(&regions);
+        let readings = readings(&of_regions);
+        let noisy = match verdict {
+            Verdict::ByEvidence => {
+                let mut evidence = evidence_by_component(&regions, &readings);
+                for k in 1..PARTITIONS {
+                    let regions = partition((surface.positions().len() * k / PARTITIONS) as Index);
+                    let more = evidence_by_component(&regions, &self::readings(&statistics.of_regions(&regions)));
+                    evidence.iter_mut().zip(more).for_each(|(all, more)| all.extend(more));
+                }
+                noisy_regions(&regions, &of_regions, &readings, evidence)
+            }
+            Verdict::White | Verdict::Noisy => vec![true; readings.len()],
+        };
         let edges: Vec<f64> =
             regions.vertices.iter().map(|members| log_mean(members, &statistics.local_edge)).collect();
-        let tails = log_excess_of_tails(&statistics.regions, &regions);
+        let tails = log_excess_of_tails(&of_regions, &regions);
         let of_noisy = readings.iter().zip(&noisy).filter(|(_, noisy)| **noisy).filter_map(|(r, _)| r.as_ref());
         let (sum, count) = of_noisy.fold((0.0, 0.0), |(sum, count), r| (sum + r.correlation, count + 1.0));
         let correlation = if count > 0.0 { sum / count } else { 0.0 };
@@ -155,7 +166,7 @@ impl NoiseField {
             false => ((correlation - SHARED[0]) / (SHARED[1] - SHARED[0])).clamp(0.0, 1.0),
         };
         let log_relative = |region: usize| {
-            let (statistics, reading) = (statistics.regions[region].as_ref()?, readings[region].as_ref()?);
+            let (statistics, reading) = (of_regions[region].as_ref()?, readings[region].as_ref()?);
             let tail = tails[regions.component[region] as usize];
             let log = statistics[0] + tail.max(shared(reading.correlation) * reading.log_excess);
             (noisy[region] && log > NONE.ln()).then_some(log)
@@ -165,7 +176,7 @@ impl NoiseField {
         let mut relative = spread(surface, &regions, &of_region, &statistics.local_edge);
         let edge = without_gaps(statistics.local_edge);
         let correlation = if is_white { 0 } else { steps_of_correlation(surface, connectivity, correlation) };
-        let stiffness = if correlation == 0 { stiffness(&statistics.regions, &regions) } else { vec![0.0; edge.len()] };
+        let stiffness = if correlation == 0 { stiffness(&of_regions, &regions) } else { vec![0.0; edge.len()] };
         let unknown = regions.vertices.iter().zip(&readings).filter(|(_, reading)| reading.is_none());
         let unmeasured = unknown.map(|(members, _)| members.len()).sum::<usize>() as f64 / relative.len().max(1) as f64;
         let steps = rounding::steps(surface.positions());
@@ -304,30 +315,42 @@ const RINGS: u32 = 6;
 /// Least number of vertices of a region that has neighbours.
 const LEAST_REGION: usize = 40;
 
-/// Whether each region has noise. A component is noisy as a whole where its regions say so on average, and in parts where a
-/// quarter of them is sure; regions of which nothing is known go with their component.
-fn noisy_regions(
-    regions: &Regions,
-    statistics: &[Option<[f64; statistics::COUNT]>],
-    readings: &[Option<Reading>],
-    verdict: Verdict,
-) -> Vec<bool> {
+/// Number of partitions into regions from which it is judged whether there is noise: a few regions may lie by chance where little
+/// can be told. Of 291 noisy meshes of the training set, one partition calls 30 clean, two 28 and four 27.
+const PARTITIONS: usize = 4;
+
+/// What the networks say of each region.
+fn readings(statistics: &[Option<[f64; statistics::COUNT]>]) -> Vec<Option<Reading>> {
+    let network = Network::built_in();
+    statistics.par_iter().map(|s| s.as_ref().map(|s| network.read(s))).collect()
+}
+
+/// Evidence for noise in the regions of each component.
+fn evidence_by_component(regions: &Regions, readings: &[Option<Reading>]) -> Vec<Vec<f64>> {
     /// Evidence beyond which one region is as good as another.
     const CERTAIN: f64 = 6.0;
-    /// Number of regions as which the whole mesh counts beside those of a component: a few regions alone err together.
-    const WHOLE: f64 = 3.0;
-    if verdict != Verdict::ByEvidence {
-        return vec![true; readings.len()];
-    }
-    if is_one_sided(statistics) {
-        return vec![false; readings.len()];
-    }
-    let network = Network::built_in();
     let components = regions.component.iter().max().map_or(0, |c| *c as usize + 1);
     let mut evidence = vec![Vec::new(); components];
     for (reading, component) in readings.iter().zip(&regions.component) {
         evidence[*component as usize].extend(reading.map(|r| r.evidence.clamp(-CERTAIN, CERTAIN)));
     }
+    evidence
+}
+
+/// Whether each region has noise, by the evidence of all partitions for each component. A component is noisy as a whole where its
+/// regions say so on average, and in parts where a quarter of them is sure; regions of which nothing is known go with their component.
+fn noisy_regions(
+    regions: &Regions,
+    statistics: &[Option<[f64; statistics::COUNT]>],
+    readings: &[Option<Reading>],
+    evidence: Vec<Vec<f64>>,
+) -> Vec<bool> {
+    /// Number of regions as which the whole mesh counts beside those of a component: a few regions alone err together.
+    const WHOLE: f64 = 3.0;
+    if is_one_sided(statistics) {
+        return vec![false; readings.len()];
+    }
+    let network = Network::built_in();
     let all: Vec<f64> = evidence.iter().flatten().copied().collect();
     let whole = WHOLE * all.iter().sum::<f64>() / all.len().max(1) as f64;
     let mean = |values: &[f64]| (values.iter().sum::<f64>() + whole) / (values.len() as f64 + WHOLE);

@@ -65,10 +65,10 @@ fn rounding(denoiser: &Denoiser) -> f64 {
         Denoiser::Learned(_) | Denoiser::Auto(Auto { boundary: Boundary::Free, .. }) => 1e-4,
         // Conjugate gradients end when 1e-8 of the pull is left, one step sooner or later.
         _ if settings_of(denoiser, "scheme").is_some_and(|scheme| scheme == "least-squares") => 1e-7,
+        // Rounds are solved in single precision, and multiply what they are given.
+        Denoiser::Map(_) | Denoiser::Auto(_) => 1e-6,
         // Single precision rounds other digits of normals that are turned.
         _ if denoiser.motion() == Some(Motion::AlongNormal) => 1e-7,
-        // Weights of the edges have a slope of up to 1/κ² = 2500, and rounds multiply what they are given.
-        Denoiser::Map(_) | Denoiser::Auto(_) => 1e-8,
         // Sums of a dozen terms of size 10, five steps: a few hundred ulps.
         _ => 1e-12,
     }

@@ -6,8 +6,8 @@ use std::ops::{Add, Mul};
 
 /// Sparse matrix: each row is a list of entries (column, value) with ascending columns.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Csr {
-    rows: Ragged<(Index, f64)>,
+pub struct Csr<W = f64> {
+    rows: Ragged<(Index, W)>,
 }
 
 impl Csr {
@@ -25,6 +25,11 @@ impl Csr {
         }
         Self { rows: merged }
     }
+    /// The matrix in single precision.
+    pub(crate) fn in_single_precision(&self) -> Csr<f32> {
+        let row = |row: &[(Index, f64)]| row.iter().map(|&(column, x)| (column, x as f32)).collect::<Vec<_>>();
+        Csr { rows: self.rows.iter().map(row).collect() }
+    }
     /// Entries (column, value) of row `i`.
     pub fn row(&self, i: Index) -> &[(Index, f64)] {
         self.rows.get(i)
@@ -37,19 +42,22 @@ impl Csr {
     pub fn map_rows(&self, row: impl Fn(&[(Index, f64)]) -> Vec<(Index, f64)>) -> Self {
         Self { rows: self.rows.iter().map(row).collect() }
     }
-    /// Product of row `i` and a vector.
-    #[inline]
-    pub fn row_times<T>(&self, i: usize, x: &[T]) -> T
-    where
-        T: Copy + Default + Add<Output = T> + Mul<f64, Output = T>,
-    {
-        self.row(i as Index).iter().fold(T::default(), |sum, &(j, w)| sum + x[j as usize] * w)
-    }
     /// Product of the matrix and a vector, whose entries are numbers or vectors of three.
     pub fn times<T>(&self, x: &[T]) -> Vec<T>
     where
         T: Copy + Default + Send + Sync + Add<Output = T> + Mul<f64, Output = T>,
     {
         (0..self.rows.len()).into_par_iter().with_min_len(1024).map(|i| self.row_times(i, x)).collect()
+    }
+}
+
+impl<W: Copy> Csr<W> {
+    /// Product of row `i` and a vector.
+    #[inline]
+    pub fn row_times<T>(&self, i: usize, x: &[T]) -> T
+    where
+        T: Copy + Default + Add<Output = T> + Mul<W, Output = T>,
+    {
+        self.rows.get(i as Index).iter().fold(T::default(), |sum, &(j, w)| sum + x[j as usize] * w)
     }
 }

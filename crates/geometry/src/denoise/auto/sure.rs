@@ -14,7 +14,7 @@
 
 use crate::denoise::connectivity::Connectivity;
 use crate::denoise::map::LinearisedNormals;
-use glam::DVec3;
+use glam::{DVec3, Vec3A};
 use std::ops::{Add, Div, Mul};
 
 /// Residuals and divergences of one result, from which its risk is estimated.
@@ -54,9 +54,10 @@ impl SureEstimator<'_> {
     /// All are #V×3, model units; the latter two have one entry for each probe.
     pub(super) fn response(&self, offsets: &[DVec3], derivatives: &[Vec<DVec3>], probes: &[Vec<DVec3>]) -> Response {
         let normal_changes = |offsets: &[DVec3]| {
-            let mut changes = vec![DVec3::ZERO; self.connectivity.mesh.face_count()];
-            self.linear.apply_jacobian(self.connectivity, offsets, &mut changes);
-            self.smoothed(&changes)
+            let mut changes = vec![Vec3A::ZERO; self.connectivity.mesh.face_count()];
+            let offsets: Vec<Vec3A> = offsets.iter().map(|offset| offset.as_vec3a()).collect();
+            self.linear.apply_jacobian(self.connectivity, &offsets, &mut changes);
+            self.smoothed(&changes.iter().map(|change| change.as_dvec3()).collect::<Vec<_>>())
         };
         let divergence = |(derivative, probe): (&Vec<DVec3>, &Vec<DVec3>)| -> Vec<f64> {
             let (derivative, probe) = (normal_changes(derivative), normal_changes(probe));

@@ -3,20 +3,23 @@
 use super::Prior;
 use super::linearised_normals::LinearisedNormals;
 use super::symmetric::Symmetric;
-use crate::denoise::conjugate_gradients::{CHUNK, Unknown as _};
+use crate::denoise::conjugate_gradients::CHUNK;
 use crate::denoise::connectivity::Connectivity;
-use glam::DVec3;
+use crate::mesh::jagged::Index;
+use glam::{DVec3, Vec3A};
 use rayon::prelude::*;
 
 /// An edge as one of its two faces sees it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct HalfEdgeWeight {
     /// Centroid of this face minus that of the other one, cᵢ − cⱼ, local edges.
-    pub(super) centroid_offset: DVec3,
+    pub(super) centroid_offset: Vec3A,
     /// Weight wₑ of the jump of the normal that the shape operators do not explain.
-    pub(super) normal_weight: f64,
+    pub(super) normal_weight: f32,
     /// Weight vₑ of the jump of the shape operator.
-    pub(super) shape_operator_weight: f64,
+    pub(super) shape_operator_weight: f32,
+    /// The other face.
+    pub(super) other: Index,
 }
 
 /// Positions of the vertices and what follows from them.
@@ -96,26 +99,28 @@ impl HalfEdgeWeights {
             let per_edge = 2.0 / (local_edges[f] + local_edges[g]);
             let centroid_offset = ((centroids[f] - centroids[g]) * per_edge).clamp_length_max(2.0);
             let length = (positions[a as usize].distance(positions[b as usize]) * per_edge).clamp(0.1, 3.0);
-            let predicted = 0.5 * (shape_operators[f] + shape_operators[g]).times(centroid_offset);
+            let centroid_offset = centroid_offset.as_vec3a();
+            let predicted = (shape_operators[f] + shape_operators[g]).times(0.5 * centroid_offset);
             let normal_jump = normals.normals[f] - normals.normals[g] - predicted;
-            let of_normal = robust.robust(normal_jump.length_squared());
-            let of_shape_operator = robust.robust((shape_operators[f] - shape_operators[g]).norm2());
+            let jump = shape_operators[f] - shape_operators[g];
+            let of_normal = robust.robust(f64::from(normal_jump.length_squared()));
+            let of_shape_operator = robust.robust(f64::from(jump.dot(jump)));
             HalfEdgeWeight {
                 centroid_offset,
-                normal_weight: robust.strength * length * of_normal,
-                shape_operator_weight: robust.curvature * length * of_normal * of_shape_operator,
+                normal_weight: (robust.strength * length * of_normal) as f32,
+                shape_operator_weight: (robust.curvature * length * of_normal * of_shape_operator) as f32,
+                other: g as Index,
             }
         };
         let edges = mesh.edge_faces.par_iter().zip(&mesh.edge_vertices).with_min_len(CHUNK);
         let edges: Vec<HalfEdgeWeight> = edges.map(of_edge).collect();
-        let of_face = |f: usize| connectivity.half_edges.get(f as u32).iter().map(move |&(e, _)| (e as usize, f));
-        let half_edges = (0..mesh.face_count()).flat_map(of_face);
-        for (half_edge, (e, f)) in self.all.iter_mut().zip(half_edges) {
-            *half_edge = edges[e];
-            if mesh.edge_faces[e][0] as usize != f {
-                half_edge.centroid_offset = -half_edge.centroid_offset;
+        let half_edges = connectivity.half_edges.items().par_iter();
+        self.all.par_iter_mut().zip(half_edges).with_min_len(CHUNK).for_each(|(half_edge, &(e, other))| {
+            *half_edge = edges[e as usize];
+            if half_edge.other != other {
+                *half_edge = HalfEdgeWeight { centroid_offset: -half_edge.centroid_offset, other, ..*half_edge };
             }
-        }
+        });
     }
 }
 

@@ -61,6 +61,7 @@ impl<'a> Problem<'a> {
         let input: Vec<DVec3> = input.iter().map(|p| *p * unit).collect();
         let mut offsets: Vec<DVec3> = guess.iter().zip(&input).map(|(x, p)| *x * unit - p).collect();
         offsets.iter_mut().enumerate().for_each(|(v, offset)| *offset = self.constraint.projected(v, *offset));
+        let offsets = offsets.iter().map(|offset| offset.as_vec3a()).collect();
         let shape_operators = vec![Symmetric::default(); connectivity.mesh.face_count()];
         let mut unknowns = Unknowns { offsets, shape_operators };
         let mut positions = vec![DVec3::ZERO; input.len()];
@@ -72,7 +73,7 @@ impl<'a> Problem<'a> {
         for round in 0..prior.rounds {
             progress.check()?;
             let slots = positions.par_iter_mut().zip(&input).zip(&unknowns.offsets);
-            slots.for_each(|((x, p), offset)| *x = *p + offset);
+            slots.for_each(|((x, p), offset)| *x = *p + offset.as_dvec3());
             normals.update(connectivity, &positions, |f| MAX_GRADIENT / edges[f]);
             let robust = RobustWeights::at_round(prior, round);
             let at = Configuration { normals: &normals, positions: &positions, edges: &edges };
@@ -82,7 +83,7 @@ impl<'a> Problem<'a> {
             let at = Linearisation { normals: &normals, weights: &weights, positions: &positions };
             equations.solve(&at, &mut unknowns, self.max_steps, progress)?;
         }
-        Ok(unknowns.offsets.into_iter().map(|offset| offset * mean_edge).collect())
+        Ok(unknowns.offsets.into_iter().map(|offset| offset.as_dvec3() * mean_edge).collect())
     }
 }
 

@@ -1,8 +1,8 @@
-//! Face normals as a linear function of the vertex positions.
+//! Face normals as a linear function of the vertex positions, in single precision: normals are not linear to more digits.
 
 use crate::denoise::conjugate_gradients::CHUNK;
 use crate::denoise::connectivity::Connectivity;
-use glam::DVec3;
+use glam::{DVec3, Vec3A};
 use rayon::prelude::*;
 
 /// First-order model of the face normals around given positions: n(x + dx) ≈ n − Σₖ gₖ (n · dxₖ) over the corners k of
@@ -10,9 +10,9 @@ use rayon::prelude::*;
 #[derive(Default)]
 pub(in crate::denoise) struct LinearisedNormals {
     /// Unit normal n of each triangle; zero for a triangle without area. #T×3
-    pub(in crate::denoise) normals: Vec<DVec3>,
+    pub(in crate::denoise) normals: Vec<Vec3A>,
     /// gₖ = n × eₖ / 2A for each corner, with eₖ the edge opposite to the corner and A the area. #T×3×3
-    pub(in crate::denoise) gradients: Vec<[DVec3; 3]>,
+    pub(in crate::denoise) gradients: Vec<[Vec3A; 3]>,
     /// Area of each triangle. #T
     pub(in crate::denoise) areas: Vec<f64>,
 }
@@ -27,8 +27,8 @@ impl LinearisedNormals {
         max_gradient: impl Fn(usize) -> f64 + Sync,
     ) {
         let count = connectivity.mesh.face_count();
-        self.normals.resize(count, DVec3::ZERO);
-        self.gradients.resize(count, [DVec3::ZERO; 3]);
+        self.normals.resize(count, Vec3A::ZERO);
+        self.gradients.resize(count, [Vec3A::ZERO; 3]);
         self.areas.resize(count, 0.0);
         let slots = self.normals.par_iter_mut().zip(&mut self.gradients).zip(&mut self.areas);
         let all = slots.zip(&connectivity.mesh.triangles).enumerate().with_min_len(CHUNK);
@@ -36,17 +36,18 @@ impl LinearisedNormals {
             let [a, b, c] = t.map(|v| positions[v as usize]);
             let doubled = (b - a).cross(c - a);
             let length = doubled.length();
-            *normal = doubled.normalize_or_zero();
+            let n = doubled.normalize_or_zero();
+            *normal = n.as_vec3a();
             *area = length / 2.0;
             *gradients = [c - b, a - c, b - a].map(|edge| {
-                let g = normal.cross(edge) / length;
-                if g.is_finite() { g.clamp_length_max(max_gradient(f)) } else { DVec3::ZERO }
+                let g = n.cross(edge) / length;
+                if g.is_finite() { g.clamp_length_max(max_gradient(f)).as_vec3a() } else { Vec3A::ZERO }
             });
         });
     }
 
     /// Directional derivative of each normal (`out`, #T×3) for offsets of the vertices (#V×3).
-    pub(in crate::denoise) fn apply_jacobian(&self, connectivity: &Connectivity, offsets: &[DVec3], out: &mut [DVec3]) {
+    pub(in crate::denoise) fn apply_jacobian(&self, connectivity: &Connectivity, offsets: &[Vec3A], out: &mut [Vec3A]) {
         let slots = out.par_iter_mut().zip(&self.normals).zip(&self.gradients).zip(&connectivity.mesh.triangles);
         slots.with_min_len(CHUNK).for_each(|(((out, n), gradients), t)| {
             let tilt = |k: usize| gradients[k] * n.dot(offsets[t[k] as usize]);

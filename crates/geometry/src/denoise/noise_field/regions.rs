@@ -19,9 +19,9 @@ const NONE: Index = Index::MAX;
 
 impl Regions {
     /// Regions around seeds that are more than `rings` rings apart: each vertex belongs to the nearest seed. Regions of fewer
-    /// than `least` vertices join a neighbour if they have one.
-    pub(super) fn of(topology: &Topology, rings: u32, least: usize) -> Self {
-        let seeds = seeds(topology, rings);
+    /// than `least` vertices join a neighbour if they have one. The search for seeds begins at the vertex `start`.
+    pub(super) fn of(topology: &Topology, start: Index, rings: u32, least: usize) -> Self {
+        let seeds = seeds(topology, start, rings);
         let mut of_vertex = nearest(topology, &seeds);
         let mut vertices = group(seeds.len(), &of_vertex);
         let mut target: Vec<Index> = (0..seeds.len() as Index).collect();
@@ -59,11 +59,12 @@ fn group(count: usize, of_vertex: &[Index]) -> Ragged<Index> {
 }
 
 /// Vertices that are more than `rings` rings apart and leave no room for another one.
-fn seeds(topology: &Topology, rings: u32) -> Vec<Index> {
+fn seeds(topology: &Topology, start: Index, rings: u32) -> Vec<Index> {
+    let count = topology.vertex_count() as Index;
     let mut distance = vec![u32::MAX; topology.vertex_count()];
     let mut seeds = Vec::new();
     let mut queue = VecDeque::new();
-    for v in 0..topology.vertex_count() as Index {
+    for v in (start..count).chain(0..start) {
         if distance[v as usize] <= rings {
             continue;
         }

@@ -22,8 +22,9 @@ pub struct RegionSample {
 /// Samples from a noisy surface whose clean counterpart is known; both have the same topology.
 pub fn samples(clean: &Surface, noisy: &Surface, progress: &dyn Progress) -> Result<Vec<RegionSample>, Cancelled> {
     let connectivity = Connectivity::of(noisy);
-    let regions = Regions::of(noisy.topology(), RINGS, LEAST_REGION);
-    let statistics = Statistics::of(noisy, &connectivity, &regions, progress)?;
+    let regions = Regions::of(noisy.topology(), 0, RINGS, LEAST_REGION);
+    let statistics = Statistics::of(noisy, &connectivity, progress)?;
+    let of_regions = statistics.of_regions(&regions);
     let normals = connectivity.vertex_normals(clean.positions());
     let height = |v: usize| (noisy.positions()[v] - clean.positions()[v]).dot(normals[v]);
     let sample = |region: usize| {
@@ -39,7 +40,7 @@ pub fn samples(clean: &Surface, noisy: &Surface, progress: &dyn Progress) -> Res
             }
         }
         let count = members.len() as f64;
-        statistics.regions[region].map(|statistics| RegionSample {
+        of_regions[region].map(|statistics| RegionSample {
             statistics: statistics.to_vec(),
             sigma: (along / count).sqrt(),
             correlation: if square > 0.0 { product / square } else { 0.0 },

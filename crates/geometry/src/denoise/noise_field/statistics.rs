@@ -37,10 +37,13 @@ const CONTEXT: usize = 7 + 4 + 3 + 5 + 1;
 /// Number of all statistics of a region.
 pub(super) const COUNT: usize = OWN + CONTEXT;
 
-/// Statistics of all regions.
-pub(super) struct Statistics {
-    /// Statistics of each region; `None` where the mesh has too few regular vertices to measure anything.
-    pub(super) regions: Vec<Option<[f64; COUNT]>>,
+/// What is measured at each vertex, from which follow the statistics of regions.
+pub(super) struct Statistics<'a> {
+    surface: &'a Surface,
+    connectivity: &'a Connectivity,
+    bands: Bands,
+    /// Angles between the faces of the edges, as [`edge_angles`] gives them.
+    angles: Ragged<f64>,
     /// Length of the edges around each vertex, model units. #V
     pub(super) local_edge: Vec<f64>,
 }
@@ -55,11 +58,10 @@ struct Bands {
     white: Vec<Vec<DVec3>>,
 }
 
-impl Statistics {
+impl<'a> Statistics<'a> {
     pub(super) fn of(
-        surface: &Surface,
-        connectivity: &Connectivity,
-        regions: &Regions,
+        surface: &'a Surface,
+        connectivity: &'a Connectivity,
         progress: &dyn Progress,
     ) -> Result<Self, Cancelled> {
         let input = surface.positions();
@@ -71,9 +73,15 @@ impl Statistics {
         let bands = Bands::of(connectivity, input, &smoothed, &normals);
         progress.check()?;
         let angles = edge_angles(surface, connectivity);
-        let own = |region: usize| own(surface, connectivity, regions, region, &bands, &local_edge, &angles);
+        Ok(Self { surface, connectivity, bands, angles, local_edge })
+    }
+
+    /// Statistics of each region; `None` where the mesh has too few regular vertices to measure anything.
+    pub(super) fn of_regions(&self, regions: &Regions) -> Vec<Option<[f64; COUNT]>> {
+        let Self { surface, connectivity, bands, angles, local_edge } = self;
+        let own = |region: usize| own(surface, connectivity, regions, region, bands, local_edge, angles);
         let own: Vec<Option<[f64; OWN]>> = (0..regions.vertices.len()).into_par_iter().map(own).collect();
-        Ok(Self { regions: with_context(&own, regions), local_edge })
+        with_context(&own, regions)
     }
 }
 

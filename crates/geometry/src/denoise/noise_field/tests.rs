@@ -79,7 +79,7 @@ fn no_offset_is_longer_than_five_deviations() {
 #[test]
 fn every_vertex_has_a_region_of_the_least_size_or_more() {
     let ball = shapes::sphere(4);
-    let regions = Regions::of(ball.topology(), RINGS, LEAST_REGION);
+    let regions = Regions::of(ball.topology(), 0, RINGS, LEAST_REGION);
     assert_eq!(regions.vertices.items().len(), ball.positions().len());
     for (region, members) in regions.vertices.iter().enumerate() {
         assert!(members.len() >= LEAST_REGION);

@@ -34,7 +34,7 @@ impl Round {
         let connectivity = Connectivity::of(&surface);
         let constraint = BoundaryConstraint::of(&surface, boundary);
         let unknowns = Self::random(&connectivity, &constraint, 0.1, 3);
-        let positions = sum(surface.positions(), &unknowns.offsets);
+        let positions = sum(surface.positions(), &in_double(&unknowns.offsets));
         let mut linear = LinearisedNormals::default();
         linear.update(&connectivity, &positions, |_| f64::INFINITY);
         let mut weights = HalfEdgeWeights::new(&connectivity);
@@ -50,9 +50,10 @@ impl Round {
     fn random(connectivity: &Connectivity, constraint: &BoundaryConstraint, scale: f64, seed: u64) -> Unknowns {
         let offsets = gaussians(connectivity.corners.len(), seed).into_iter().enumerate();
         let halves = gaussians(2 * connectivity.mesh.face_count(), seed + 1);
-        let six = |pair: &[DVec3]| Symmetric(std::array::from_fn(|k| scale * pair[k / 3][k % 3]));
+        let half = |x: DVec3| (scale * x).as_vec3a();
+        let six = |pair: &[DVec3]| Symmetric { diagonal: half(pair[0]), off_diagonal: half(pair[1]) };
         Unknowns {
-            offsets: offsets.map(|(v, offset)| constraint.projected(v, scale * offset)).collect(),
+            offsets: offsets.map(|(v, offset)| constraint.projected(v, scale * offset).as_vec3a()).collect(),
             shape_operators: halves.chunks_exact(2).map(six).collect(),
         }
     }
@@ -74,7 +75,7 @@ impl Round {
         let data = DataWeights::of(&noise, &Prior::default());
         let mut equations = NormalEquations::new(&self.connectivity, &self.constraint, data, &Prior::default());
         equations.set_tangential_share(1.0);
-        equations.operator.vertex_normals.clone_from(&self.vertex_normals);
+        equations.operator.set_vertex_normals(&self.vertex_normals);
         equations
     }
 
@@ -95,13 +96,13 @@ impl Round {
     /// E a step away, with the weights, the centroids and N of this round, for any normals of the faces.
     fn energy(&self, step: &Unknowns, normals: &[DVec3]) -> f64 {
         let (connectivity, prior) = (&self.connectivity, Prior::default());
-        let positions = sum(&self.positions, &step.offsets);
+        let positions = sum(&self.positions, &in_double(&step.offsets));
         let shape_operators = self.unknowns.shape_operators.iter().zip(&step.shape_operators);
         let shape_operators: Vec<DMat3> = shape_operators.map(|(s, t)| matrix(s) + matrix(t)).collect();
         let mut energy = 0.0;
         for (v, n) in self.vertex_normals.iter().enumerate() {
             let tangential = |x: DVec3| x - *n * n.dot(x);
-            let offset = self.unknowns.offsets[v] + step.offsets[v];
+            let offset = self.unknowns.offsets[v].as_dvec3() + step.offsets[v].as_dvec3();
             energy += (offset.length_squared() + STIFFNESS * tangential(offset).length_squared()) / SIGMA.powi(2);
             let row = connectivity.umbrella.row(v as Index);
             let umbrella = row.iter().map(|&(w, u)| u * positions[w as usize]).sum();
@@ -123,22 +124,30 @@ impl Round {
     fn edge_weights(&self, edge: usize, face: Index) -> (f64, f64) {
         let half_edges = &self.connectivity.half_edges;
         let k = half_edges.range(face).find(|&k| half_edges.items()[k].0 as usize == edge).unwrap();
-        (self.weights.all[k].normal_weight, self.weights.all[k].shape_operator_weight)
+        let weight = &self.weights.all[k];
+        (weight.normal_weight.into(), weight.shape_operator_weight.into())
     }
 
     /// E of the normals that are linear in the positions.
     fn linear_energy(&self, step: &Unknowns) -> f64 {
-        let mut changes = vec![DVec3::ZERO; self.connectivity.mesh.face_count()];
+        let mut changes = vec![Vec3A::ZERO; self.connectivity.mesh.face_count()];
         self.linear.apply_jacobian(&self.connectivity, &step.offsets, &mut changes);
-        self.energy(step, &sum(&self.linear.normals, &changes))
+        self.energy(step, &sum(&in_double(&self.linear.normals), &in_double(&changes)))
     }
 
     /// E of the normals that the triangles have.
     fn true_energy(&self, step: &Unknowns) -> f64 {
-        let mut there = LinearisedNormals::default();
-        there.update(&self.connectivity, &sum(&self.positions, &step.offsets), |_| f64::INFINITY);
-        self.energy(step, &there.normals)
+        let positions = sum(&self.positions, &in_double(&step.offsets));
+        let normal = |t: &[Index; 3]| {
+            let [a, b, c] = t.map(|v| positions[v as usize]);
+            (b - a).cross(c - a).normalize_or_zero()
+        };
+        self.energy(step, &self.connectivity.mesh.triangles.iter().map(normal).collect::<Vec<_>>())
     }
+}
+
+fn in_double(list: &[Vec3A]) -> Vec<DVec3> {
+    list.iter().map(|x| x.as_dvec3()).collect()
 }
 
 fn sum(a: &[DVec3], b: &[DVec3]) -> Vec<DVec3> {
@@ -153,14 +162,18 @@ fn plus(x: &Unknowns, alpha: f64, y: &Unknowns) -> Unknowns {
 }
 
 fn dot(x: &Unknowns, y: &Unknowns) -> f64 {
-    let six = |(s, t): (&Symmetric, &Symmetric)| s.0.iter().zip(t.0).map(|(s, t)| s * t).sum::<f64>();
-    x.offsets.iter().zip(&y.offsets).map(|(x, y)| x.dot(*y)).sum::<f64>()
-        + x.shape_operators.iter().zip(&y.shape_operators).map(six).sum::<f64>()
+    let three = |x: &[Vec3A], y: &[Vec3A]| x.iter().zip(y).map(|(x, y)| x.as_dvec3().dot(y.as_dvec3())).sum::<f64>();
+    let [[x_diagonal, x_rest], [y_diagonal, y_rest]] = [x, y].map(|of| {
+        let halves = of.shape_operators.iter().map(|s| (s.diagonal, s.off_diagonal));
+        let (diagonal, rest): (Vec<Vec3A>, Vec<Vec3A>) = halves.unzip();
+        [diagonal, rest]
+    });
+    three(&x.offsets, &y.offsets) + three(&x_diagonal, &y_diagonal) + three(&x_rest, &y_rest)
 }
 
 fn matrix(s: &Symmetric) -> DMat3 {
-    let [xx, yy, zz, yz, xz, xy] = s.0;
-    let [yz, xz, xy] = [yz, xz, xy].map(|x| x / 2f64.sqrt());
+    let DVec3 { x: xx, y: yy, z: zz } = s.diagonal.as_dvec3();
+    let DVec3 { x: yz, y: xz, z: xy } = s.off_diagonal.as_dvec3() / 2f64.sqrt();
     DMat3::from_cols(DVec3::new(xx, xy, xz), DVec3::new(xy, yy, yz), DVec3::new(xz, yz, zz))
 }
 
@@ -174,13 +187,18 @@ fn rounds() -> [Round; 2] {
 }
 
 #[test]
-fn the_norm_of_six_numbers_is_that_of_the_matrix() {
-    let [a, b] = [[1.0, -2.0, 3.0, 0.5, -0.7, 1.1], [0.3, 1.0, -1.0, 2.0, 0.2, -0.4]].map(Symmetric);
-    assert!((vec![a].weighted_norm2(&vec![1.0]) - frobenius(matrix(&a))).abs() < 1e-14);
-    let d = DVec3::new(0.3, -1.0, 2.0);
-    assert!((a.times(d) - matrix(&a) * d).length() < 1e-14);
-    assert!(matrix(&(a + b)).abs_diff_eq(matrix(&a) + matrix(&b), 1e-14));
-    assert!(matrix(&(a - b)).abs_diff_eq(matrix(&a) - matrix(&b), 1e-14));
+fn six_numbers_are_the_matrix() {
+    let symmetric = |d: [f32; 3], o: [f32; 3]| Symmetric { diagonal: d.into(), off_diagonal: o.into() };
+    let a = symmetric([1.0, -2.0, 3.0], [0.5, -0.7, 1.1]);
+    let b = symmetric([0.3, 1.0, -1.0], [2.0, 0.2, -0.4]);
+    assert!((vec![a].weighted_norm2(&vec![1.0]) - frobenius(matrix(&a))).abs() < 1e-5);
+    let [d, e] = [Vec3A::new(0.3, -1.0, 2.0), Vec3A::new(-0.6, 0.1, 0.7)];
+    assert!((a.times(d).as_dvec3() - matrix(&a) * d.as_dvec3()).length() < 1e-6);
+    assert!(matrix(&(a + b)).abs_diff_eq(matrix(&a) + matrix(&b), 1e-6));
+    assert!(matrix(&(a - b)).abs_diff_eq(matrix(&a) - matrix(&b), 1e-6));
+    let column = |y: f32| e.as_dvec3() * f64::from(y);
+    let outer = DMat3::from_cols(column(d.x), column(d.y), column(d.z));
+    assert!(matrix(&Symmetric::outer(d, e)).abs_diff_eq(0.5 * (outer + outer.transpose()), 1e-6));
 }
 
 #[test]
@@ -190,8 +208,8 @@ fn the_operator_is_symmetric_and_positive() {
             let [a, b] = [round.direction(seed), round.direction(seed + 100)];
             let [(of_a, inner), (of_b, _)] = [&a, &b].map(|x| round.product(x));
             let size = (dot(&a, &of_a) * dot(&b, &of_b)).sqrt();
-            assert!((dot(&a, &of_b) - dot(&b, &of_a)).abs() < 1e-13 * size);
-            assert!(inner > 0.0 && (inner - dot(&a, &of_a)).abs() < 1e-13 * inner);
+            assert!((dot(&a, &of_b) - dot(&b, &of_a)).abs() < 1e-6 * size);
+            assert!(inner > 0.0 && (inner - dot(&a, &of_a)).abs() < 1e-6 * inner);
         }
     }
 }
@@ -205,9 +223,9 @@ fn the_operator_is_the_second_derivative_of_the_energy() {
             let at = |x: f64, y: f64| round.linear_energy(&plus(&plus(&round.zero(), x, &a), y, &b));
             // E is quadratic: differences are exact but for rounding.
             let mixed = (at(1.0, 1.0) - at(1.0, -1.0) - at(-1.0, 1.0) + at(-1.0, -1.0)) / 8.0;
-            assert!((mixed - dot(&b, &of_a)).abs() < 1e-11 * at(1.0, 1.0), "{mixed} {}", dot(&b, &of_a));
+            assert!((mixed - dot(&b, &of_a)).abs() < 1e-6 * at(1.0, 1.0), "{mixed} {}", dot(&b, &of_a));
             let own = (at(1.0, 0.0) - 2.0 * at(0.0, 0.0) + at(-1.0, 0.0)) / 2.0;
-            assert!((own / inner - 1.0).abs() < 1e-10, "{own} {inner}");
+            assert!((own / inner - 1.0).abs() < 1e-6, "{own} {inner}");
         }
     }
 }
@@ -218,11 +236,12 @@ fn the_residual_is_the_gradient_of_the_energy_with_true_normals() {
         let gradient = round.gradient();
         for seed in 30..35 {
             let d = round.direction(seed);
-            const STEP: f64 = 1e-5;
+            const STEP: f64 = 1.0 / 65536.0;
             let [forth, back] = [STEP, -STEP].map(|step| round.true_energy(&plus(&round.zero(), step, &d)));
             let (slope, expected) = ((forth - back) / (2.0 * STEP), 2.0 * dot(&gradient, &d));
-            // Differences are good to the square of the step, and E to 1e-16 of it over the step.
-            assert!((slope - expected).abs() < 1e-5 * expected.abs().max(1.0), "{slope} {expected}");
+            // Differences are good to the square of the step, and directions and the gradient to single precision of their lengths.
+            let size = (dot(&gradient, &gradient) * dot(&d, &d)).sqrt();
+            assert!((slope - expected).abs() < 1e-6 * size, "{slope} {expected} {size}");
         }
     }
 }
@@ -234,7 +253,7 @@ fn a_solution_leaves_no_gradient_and_moves_no_fixed_vertex() {
         round.equations().solve(&round.at(), &mut end, 1000, &Silent).unwrap();
         let solution = plus(&end, -1.0, &round.unknowns);
         let mut moved = solution.offsets.iter().enumerate();
-        assert!(moved.all(|(v, offset)| round.constraint.projected(v, *offset) == *offset));
+        assert!(moved.all(|(v, offset)| *offset == Vec3A::ZERO || !round.constraint.holds(v)));
         // The solution s leaves a gradient of A s + g.
         let (before, of_solution) = (round.gradient(), round.product(&solution).0);
         let after = plus(&before, 1.0, &of_solution);
