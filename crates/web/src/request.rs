@@ -10,7 +10,7 @@ use serde_json::{Map, Value};
 /// Settings of a bake as the page has them.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Request {
+pub struct Request {
     /// Name of the method.
     method: String,
     /// Parameters of the method, by the names of their options.
@@ -22,16 +22,17 @@ pub(crate) struct Request {
     /// Whether the volume of the input is restored.
     preserve_volume: bool,
     /// Settings of the maps.
-    pub(crate) bake: BakeSettings,
+    pub bake: BakeSettings,
 }
 
 impl Request {
-    pub(crate) fn parse(json: &str) -> Result<Self, Failure> {
+    /// Reads a request. Fails if a setting is unknown or missing.
+    pub fn parse(json: &str) -> Result<Self, Failure> {
         serde_json::from_str(json).map_err(|e| Failure::Input(format!("settings: {e}")))
     }
 
-    /// Method with its settings and limits.
-    pub(crate) fn denoising(&self) -> Result<Denoising, Failure> {
+    /// Method with its settings and limits. Fails if a value is not allowed.
+    pub fn denoising(&self) -> Result<Denoising, Failure> {
         let wrong = |e: &dyn std::fmt::Display| Failure::Input(e.to_string());
         let mut denoiser = Denoiser::named(&self.method).map_err(|e| wrong(&e))?;
         let given: Vec<(&str, Value)> =
