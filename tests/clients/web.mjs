@@ -2,7 +2,7 @@
 //
 // Fields of the job: address (of the page), clients (folder whose files the page finds under /clients/), steps (of this file's
 // functions, with their arguments), result (JSON to write: what each step returned), downloads (folder), viewport.
-import { readFile, writeFile } from 'node:fs/promises';
+import { readFile, rename, writeFile } from 'node:fs/promises';
 import path from 'node:path';
 import { chromium } from 'playwright-core';
 
@@ -29,6 +29,9 @@ await page.route('**/clients/*', async (route) => {
   const file = path.join(job.clients, path.basename(new URL(route.request().url()).pathname));
   await route.fulfill({ body: await readFile(file), contentType: 'text/javascript' });
 });
+
+/// Path of the file that was saved last.
+let last;
 
 const steps = {
   async visit() {
@@ -81,10 +84,12 @@ const steps = {
   /// Presses a button and saves what it hands out.
   async download(selector) {
     const [download] = await Promise.all([page.waitForEvent('download'), page.locator(selector).click()]);
-    const file = path.join(job.downloads, download.suggestedFilename());
-    await download.saveAs(file);
-    return file;
+    last = path.join(job.downloads, download.suggestedFilename());
+    await download.saveAs(last);
+    return last;
   },
+  /// Gives the file that was saved last another name.
+  rename: (name) => rename(last, path.join(job.downloads, name)),
   /// Positions of the vertices at rest and where three.js draws them, as base64, for each mesh.
   positions: () => page.evaluate(async () => {
     const [{ displaced }, { base64 }] = await Promise.all([import('/clients/threejs.js'), import('/clients/numbers.js')]);

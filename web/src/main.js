@@ -69,7 +69,7 @@ function connect() {
   };
   $('save-zip').onclick = saveBundle;
   $('save-mesh').onclick = saveMesh;
-  $('save-glb').onclick = async () => save(glb(), await engine.call('read', `${baked.folder}/${glb()}`));
+  $('save-glb').onclick = () => save(glb(), baked.bytes.get(glb()));
 }
 
 async function sample(name) {
@@ -85,6 +85,8 @@ async function sample(name) {
 async function open(files) {
   if (files.length === 0) return;
   const mine = ++turn;
+  // Whatever goes on is for the mesh that was; a new worker has all its memory.
+  engine.cancel();
   const isMesh = await Promise.all(files.map(({ path }) => engine.call('is_mesh', path).catch(() => false)));
   const meshes = files.map(({ path }) => path).filter((_, k) => isMesh[k]);
   if (mine !== turn) return;
@@ -98,7 +100,6 @@ async function open(files) {
     close();
   }
   for (const { path, file } of files) inputs.set(path, file);
-  engine.cancel();
   const others = meshes.length > 1 ? ` (of ${meshes.length} meshes; drop another one alone)` : '';
   await work(mine, async (isMine) => {
     await feed();
@@ -153,16 +154,19 @@ function bake() {
 
 async function bakeNow(isMine) {
   const [request, options] = [settings.request(), settings.options()];
+  // The library takes the files of the last bake out of its memory first.
+  if (baked) baked.home = undefined;
   const result = JSON.parse(await engine.call('bake', mesh, request));
   const manifest = `${result.folder}/${result.files.at(-1)}`;
   const entry = result.manifest.displacement;
   const texels = entry.bits === 16 && (await engine.call('texels', manifest));
-  const bytes = await engine.call('read', `${result.folder}/${result.files.find((name) => name.endsWith('.glb'))}`);
+  const bytes = new Map();
+  for (const name of result.files) bytes.set(name, await engine.call('read', `${result.folder}/${name}`));
   if (!isMine()) return;
-  await view.baked(bytes, entry, texels);
-  baked = { ...result, path: manifest };
-  $('bake').disabled = true;
-  for (const id of ['view', 'downloads']) $(id).disabled = false;
+  const done = { ...result, path: manifest, bytes, home: engine.worker };
+  await view.baked(bytes.get(result.files.find((name) => name.endsWith('.glb'))), entry, texels);
+  baked = done;
+  $('view').disabled = false;
   $('texture').disabled = !view.hasColours;
   tell(options);
   look();
@@ -209,6 +213,7 @@ async function work(mine, steps) {
   $('error').hidden = true;
   $('work').hidden = false;
   $('bake').disabled = true;
+  $('downloads').disabled = true;
   progress('reading', 0);
   try {
     await steps(isMine);
@@ -220,6 +225,7 @@ async function work(mine, steps) {
 
 function idle(text) {
   $('work').hidden = true;
+  $('downloads').disabled = !baked;
   // Settings can be changed and tried again.
   $('bake').disabled = !mesh || (baked && text === undefined);
   if (text) $('status').textContent = text;
@@ -245,16 +251,26 @@ const format = () => `.${mesh.replace(/\.(gz|xz)$/i, '').split('.').pop().toLowe
 
 async function saveMesh() {
   const name = mesh.replace(/\.xz$/i, '').replace(/^(.*?)((\.\w+)?(\.gz)?)$/i, '$1-denoised$2');
-  const bytes = await engine.call('apply', baked.path, name, Number($('lambda').value)).catch(fail);
-  if (bytes) save(name.split('/').pop(), bytes);
+  try {
+    if (engine.isFed !== engine.worker) await feed();
+    // After another bake that was cancelled or has failed.
+    if (baked.home !== engine.worker) {
+      for (const [file, content] of baked.bytes) await engine.call('put', `${baked.folder}/${file}`, content.slice());
+      baked.home = engine.worker;
+    }
+    save(name.split('/').pop(), await engine.call('apply', baked.path, name, Number($('lambda').value)));
+  } catch (error) {
+    fail(error);
+  }
 }
 
 async function saveBundle() {
   const { zipSync } = await import('three/addons/libs/fflate.module.js');
   const folder = baked.folder.split('/').pop();
+  // Equal files make an equal archive: it names no time.
   const files = {};
-  for (const name of baked.files) files[`${folder}/${name}`] = await engine.call('read', `${baked.folder}/${name}`);
-  save(`${folder}.zip`, zipSync(files, { level: 6 }));
+  for (const [name, bytes] of baked.bytes) files[`${folder}/${name}`] = bytes;
+  save(`${folder}.zip`, zipSync(files, { level: 6, mtime: new Date(1980, 0, 1) }));
 }
 
 if ('serviceWorker' in navigator) navigator.serviceWorker.register(new URL('./sw.js', import.meta.url)).catch(() => {});
