@@ -5,6 +5,7 @@ of workers, of 2 GB each, and `--whole` compares the bytes with those of `planis
 import argparse
 import json
 import os
+import resource
 import subprocess
 import sys
 import tempfile
@@ -33,6 +34,12 @@ def peak():
     """Largest memory of this process so far, MiB; what `resource` tells may be that of its parent."""
     lines = Path("/proc/self/status").read_text().splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM")) / 1024
+
+
+def of_children():
+    """Seconds of processors that processes which have ended have taken: those of a cluster that is closed."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
 
 
 def in_a_process(*arguments):
@@ -91,11 +98,12 @@ def tiles(vertices, count, method, workers, whole):
     write_ply(mesh, *torus(round(side * 1.5625), side))
     print(f"{mesh.stat().st_size / 1e6:.0f} MB of mesh", flush=True)
     for number in workers:
-        start = time.perf_counter()
+        start, before = time.perf_counter(), of_children()
         report = dask.denoise_large(mesh, folder / "tiles.ply", method, tiles=count, workers=number, memory_limit="2GB")
         seconds = time.perf_counter() - start
         del report["choices"]
-        print(f"{number} workers: {seconds:.1f} s, {report['vertices'] / seconds / 1e3:.0f} thousand vertices a second")
+        rate = report["vertices"] / seconds / 1e3
+        print(f"{number} workers: {seconds:.1f} s and {of_children() - before:.1f} s of processors, {rate:.0f} thousand vertices a second")
         print(json.dumps(report), flush=True)
     if whole:
         planish.read(mesh).denoise(method).write(folder / "whole.ply")

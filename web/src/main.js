@@ -127,9 +127,14 @@ function close() {
 
 /// Puts the files of the user into the memory of the worker.
 async function feed() {
+  const { worker } = engine;
   await engine.call('clear');
-  for (const [path, file] of inputs) await engine.call('put', path, new Uint8Array(await file.arrayBuffer()));
-  engine.isFed = engine.worker;
+  for (const [path, file] of inputs) {
+    const bytes = new Uint8Array(await file.arrayBuffer());
+    if (worker !== engine.worker) throw new Cancelled();
+    await engine.call('put', path, bytes);
+  }
+  engine.isFed = worker;
 }
 
 async function show() {

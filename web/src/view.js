@@ -33,7 +33,10 @@ export class View {
 
   /// Shows a mesh as it was read, grey, until there is a map.
   async preview(bytes) {
-    this.show(await new GLTFLoader().parseAsync(bytes.buffer, '').then((gltf) => gltf.scene), true);
+    const { scene } = await new GLTFLoader().parseAsync(bytes.buffer, '');
+    this.show(scene, true);
+    // Whoever turns it meanwhile sees the result from there.
+    this.isKept = true;
   }
 
   /// Shows the .glb of a bake. `texels` gives the texels of the map where the browser would cut the image to 8 bits.
