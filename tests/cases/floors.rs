@@ -15,7 +15,7 @@ const MODULES: [(&str, &[&str]); 6] = [
 ];
 
 /// Packages of the workspace and which others each may depend on outside of its tests.
-const PACKAGES: [(&str, &[&str]); 8] = [
+const PACKAGES: [(&str, &[&str]); 9] = [
     ("crates/memory", &[]),
     ("shaders", &[]),
     ("crates/geometry", &[]),
@@ -23,6 +23,7 @@ const PACKAGES: [(&str, &[&str]); 8] = [
     ("crates/files", &["planish-geometry", "planish-memory"]),
     ("crates/bake", &["planish-geometry", "planish-files", "planish-memory"]),
     ("crates/python", &["planish", "planish-geometry", "planish-files", "planish-memory"]),
+    ("crates/web", &["planish-geometry", "planish-files"]),
     ("crates/viewer", &["planish-geometry", "planish-files", "planish-memory", "planish-render", "planish-shaders"]),
 ];
 

@@ -43,7 +43,7 @@ function arrived(image) {
 }
 
 /// Draws each vertex as a point whose colour is its displaced position, with three's shader of the mesh's material.
-function displaced(renderer, mesh) {
+export function displaced(renderer, mesh) {
   const count = mesh.geometry.attributes.position.count;
   const rows = Math.ceil(count / ROW);
   const observed = materials(mesh).map((material) => observer(material, rows));

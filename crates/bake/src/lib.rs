@@ -11,7 +11,7 @@ use args::{Cli, Command};
 use clap::{CommandFactory as _, Parser as _};
 use console::Console;
 use planish_files::failure::Failure;
-use planish_files::{failure, input, output, terminal};
+use planish_files::{failure, input, method_list, output, terminal};
 use planish_geometry::bake::BakeSettings;
 use planish_geometry::denoise::Denoiser;
 use planish_geometry::mesh::synthetic_noise::{SyntheticKind, SyntheticNoise};
@@ -53,7 +53,7 @@ pub fn status(args: impl IntoIterator<Item = OsString>) -> u8 {
 
 /// Lists all methods and their parameters, as `planish methods --json` prints them.
 pub fn methods() -> serde_json::Value {
-    method_table::json(&Denoiser::every())
+    method_list::json(&Denoiser::every())
 }
 
 /// Reads the options of `planish bake`, such as `--size=1024`, as settings of a bake by the default method.

@@ -1,7 +1,7 @@
 //! Prints the tables of parameters: in the help, in `planish methods`, and in `docs/methods.md`.
 
 use planish_geometry::denoise::{Denoiser, Parameter, Values};
-use serde_json::{Value, json};
+use serde_json::Value;
 use std::fmt::Write as _;
 
 /// An option of the command line: the parameters of one name, in all methods that have it.
@@ -120,41 +120,6 @@ pub(crate) fn text(methods: &[Denoiser]) -> String {
         out.push_str("`planish methods NAME` shows one of them, with all words that its settings take.\n");
     }
     out
-}
-
-/// Lists methods and their parameters for programs.
-pub(crate) fn json(methods: &[Denoiser]) -> Value {
-    let parameter = |method: &Denoiser, p: &Parameter| {
-        let (kind, min, max) = match p.values {
-            Values::Count { max, .. } => ("count", json!(0), json!(max)),
-            Values::Number { min, max, .. } => ("number", json!(min), json!(max)),
-            Values::Word(_) => ("word", Value::Null, Value::Null),
-            Values::Words(_) => ("words", Value::Null, Value::Null),
-            Values::Preset(_) => ("preset", Value::Null, Value::Null),
-            Values::Text(_) => ("text", Value::Null, Value::Null),
-        };
-        json!({
-            "name": p.name,
-            "field": p.path(),
-            "kind": kind,
-            "min": min,
-            "max": max,
-            "default": method.get(p),
-            "optional": p.is_optional,
-            "unit": p.unit,
-            "words": p.choices(),
-            "help": p.help,
-        })
-    };
-    let method = |method: &Denoiser| {
-        json!({
-            "name": method.name(),
-            "summary": method.summary(),
-            "reference": method.info().reference,
-            "parameters": method.options().map(|p| parameter(method, p)).collect::<Vec<_>>(),
-        })
-    };
-    methods.iter().map(method).collect()
 }
 
 const MARKDOWN_HEAD: &str = "# Methods\n

@@ -1,17 +1,20 @@
 //! Bakes a mesh on disk into the files of its displacement map.
 
+#[cfg(not(target_family = "wasm"))]
+mod write;
+
 use crate::compression;
+use crate::disk;
 use crate::failure::Failure;
 use crate::input::{self, LARGEST_PICTURE, NamedFile, Trust};
 use crate::method;
 use crate::named_path::{self, NamedPath};
-use crate::output::{self, Earlier, Folder};
 use crate::text::{count, measure, one_line, shown, volume_not_restored};
 use planish_geometry::bake::{
     self, BakeError, BakeSettings, BakeTarget, Bundle, BundleFile, BundleNames, Fallback, LayoutChoice, SideFiles,
 };
 use planish_geometry::denoise::{Denoiser, Denoising, Learned};
-use planish_geometry::map::manifest::{self, FileEntry, HeightsLoss, Report, Target};
+use planish_geometry::map::manifest::{self, HeightsLoss, Report, Target};
 use planish_geometry::mesh::atlas::AtlasError;
 use planish_geometry::progress::Progress;
 use planish_geometry::source::flaws::flaws;
@@ -154,7 +157,7 @@ impl Job<'_> {
                 return embedded_name(texture);
             }
             let path = find(texture).path;
-            let relocated = path.is_file().then(|| from_folder(&path, folder));
+            let relocated = disk::is_file(&path).then(|| from_folder(&path, folder));
             // The name of a missing texture stays as it was written: the user may know why. A statement is one line.
             relocated.filter(|name| !name.contains(char::is_control)).unwrap_or_else(|| texture.to_owned())
         };
@@ -165,7 +168,7 @@ impl Job<'_> {
         let from_file = |name: &str| {
             let path = find(name).path;
             let read = named(&path);
-            if let (Err(reason), true, Ok(mut refused)) = (&read, path.exists(), refused.lock()) {
+            if let (Err(reason), true, Ok(mut refused)) = (&read, disk::exists(&path), refused.lock()) {
                 refused.insert(format!("{reason}; the glTF file will lack this texture"));
             }
             read.ok()
@@ -202,62 +205,20 @@ pub fn bake_arrays(
     Ok(Baked { bundle, warnings, inputs: Vec::new(), own_source: Some(source) })
 }
 
-impl Baked {
-    /// Writes all files or none, and returns their paths. Fails if one of them would overwrite an input.
-    pub fn write(&self, folder: Folder) -> Result<Vec<PathBuf>, Failure> {
-        let files = &self.bundle.files;
-        files.iter().try_for_each(|f| output::refuse_overwrite(&folder.path().join(&f.name), &self.inputs))?;
-        let path = folder.path().to_path_buf();
-        let manifest = files.last().map(|file| path.join(&file.name)).unwrap_or_default();
-        let new: Vec<(&Path, &[u8])> = files.iter().map(|f| (Path::new(&f.name), f.bytes.as_slice())).collect();
-        let is_new = |name: &str| files.iter().any(|file| file.name == name);
-        folder.write_bundle(&new, || {
-            let mut earlier = earlier(&manifest, &path, is_new);
-            // A manifest of this name that names such a mesh was made of arrays, too.
-            earlier
-                .replaceable
-                .extend(self.own_source.iter().filter(|own| names_source(&manifest, own)).map(PathBuf::from));
-            earlier
-        })
-    }
-}
-
-/// Returns true if there is a manifest that says that its mesh is `name`.
-fn names_source(manifest: &Path, name: &str) -> bool {
-    input::manifest(manifest).is_ok_and(|manifest| manifest.source.file == name)
-}
-
-/// Finds the files of an earlier bake under the same name, by its manifest.
-fn earlier(manifest: &Path, folder: &Path, is_new: impl Fn(&str) -> bool) -> Earlier {
-    let Some(files) = std::fs::read(manifest).ok().and_then(|bytes| manifest::named_files(&bytes)) else {
-        return Earlier::default();
-    };
-    let names = files.iter().map(|entry| PathBuf::from(&entry.file));
-    let replaceable = names.chain(manifest.file_name().map(PathBuf::from)).collect();
-    let is_plain_name = |name: &str| Path::new(name).file_name() == Some(name.as_ref());
-    let unchanged = |entry: &&FileEntry| {
-        let bytes = std::fs::read(folder.join(&entry.file));
-        bytes.is_ok_and(|bytes| manifest::sha256(&bytes) == entry.sha256)
-    };
-    let old = files.iter().filter(|entry| is_plain_name(&entry.file) && !is_new(&entry.file));
-    let obsolete = old.filter(unchanged).map(|entry| folder.join(&entry.file)).collect();
-    Earlier { replaceable, obsolete }
-}
-
 /// BundleNames the files. The carrier has the name of the source, unless it would then overwrite the source.
 fn names(input: &Path, folder: &Path, stem: String) -> BundleNames {
-    let is_input = |extension: &str| output::same_file(&folder.join(format!("{stem}.{extension}")), input);
+    let is_input = |extension: &str| disk::same_file(&folder.join(format!("{stem}.{extension}")), input);
     let taken = is_input("obj") || is_input("glb");
     let carrier = if taken { format!("{stem}.planish") } else { stem.clone() };
     // A pipe has no place to which a path could lead back.
-    let is_file = input.metadata().is_ok_and(|m| m.is_file());
+    let is_file = disk::is_file(input);
     let name = || input.file_name().unwrap_or_default().to_string_lossy().into_owned();
     BundleNames { source: if is_file { from_folder(input, folder) } else { name() }, stem, carrier }
 }
 
 /// Returns a path relative to a folder, with slashes.
 fn from_folder(path: &Path, folder: &Path) -> String {
-    let absolute = |p: &Path| p.canonicalize().or_else(|_| std::path::absolute(p)).unwrap_or_else(|_| p.to_path_buf());
+    let absolute = |p: &Path| disk::canonicalize(p).or_else(|_| disk::absolute(p)).unwrap_or_else(|_| p.to_path_buf());
     let relative = pathdiff::diff_paths(absolute(path), absolute(folder));
     relative.unwrap_or_else(|| path.to_path_buf()).to_string_lossy().replace('\\', "/")
 }

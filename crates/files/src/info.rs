@@ -1,5 +1,6 @@
 //! Inspection of a mesh file: its content and its defects.
 
+use crate::disk;
 use crate::failure::Failure;
 use crate::input::{self, Trust};
 use crate::named_path::{self, NamedPath};
@@ -272,7 +273,7 @@ fn inspect_materials(path: &Path, model: &Model, trust: Trust, notes: &mut Vec<S
             }
             let NamedPath { path, note } = named_path::find(input::folder_of(path), &texture, trust);
             found_elsewhere.extend(note);
-            Some((texture, path.is_file()))
+            Some((texture, disk::is_file(&path)))
         });
         let library = found.map(|(_, library)| library.display().to_string());
         let (diffuse_texture, texture_found) = texture.unzip();

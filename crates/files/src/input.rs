@@ -1,9 +1,9 @@
 //! Reads files, with errors that name them.
 
 use crate::compression;
+use crate::disk::{self, Entry};
 use crate::failure::Failure;
 use crate::named_path::{self, NamedPath};
-use crate::terminal;
 use crate::text::one_line;
 use glam::DVec3;
 use planish_geometry::denoise::limits::Mask;
@@ -28,14 +28,22 @@ const SMALLEST_SIZE: f64 = 1e-50;
 
 /// Reads all bytes of a file that the user names. It may be a pipe.
 pub fn read(path: &Path) -> Result<Vec<u8>, Failure> {
-    terminal::work_on(path);
+    work_on(path);
     if path.as_os_str().is_empty() {
         return Err(Failure::at(path, "names no file"));
     }
-    if path.is_dir() {
+    if disk::is_folder(path) {
         return Err(Failure::at(path, "is a directory, not a file"));
     }
-    std::fs::read(path).map_err(|e| Failure::at(path, plain(&e)))
+    disk::read(path).map_err(|e| Failure::at(path, plain(&e)))
+}
+
+/// Notes the file that is being worked on, for the last words of a program that runs out of memory.
+fn work_on(path: &Path) {
+    #[cfg(not(target_family = "wasm"))]
+    crate::terminal::work_on(path);
+    #[cfg(target_family = "wasm")]
+    let _ = path;
 }
 
 /// Rule on the files that another file may name: libraries and textures by a mesh, all files of a map by its manifest.
@@ -76,37 +84,28 @@ impl NamedFile<'_> {
     pub fn check(&self) -> Result<PathBuf, Failure> {
         let Self { path, folder, trust, largest } = *self;
         let failed = |e: std::io::Error| Failure::at(path, plain(&e));
-        let real = path.canonicalize().map_err(failed)?;
+        let real = disk::canonicalize(path).map_err(failed)?;
         if trust == Trust::Folder {
             let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-            if !folder.canonicalize().is_ok_and(|folder| real.starts_with(folder)) {
+            if !disk::canonicalize(folder).is_ok_and(|folder| real.starts_with(folder)) {
                 let reason = "lies outside of the folder of the file that names it, and is read with --trust only";
                 return Err(Failure::at(path, reason));
             }
         }
-        let metadata = real.metadata().map_err(failed)?;
-        if metadata.is_dir() {
-            return Err(Failure::at(path, "is a directory, not a file"));
-        }
-        if !metadata.is_file() {
-            return Err(Failure::at(path, "is a pipe or a device, and another file may name plain files only"));
-        }
-        let size = metadata.len();
-        if size > largest {
-            return Err(Failure::at(path, format!("has {size} bytes, and at most {largest} are read")));
-        }
-        Ok(real)
+        let reason = match disk::entry(&real).map_err(failed)? {
+            Entry::File(size) if size <= largest => return Ok(real),
+            Entry::File(size) => format!("has {size} bytes, and at most {largest} are read"),
+            Entry::Folder => "is a directory, not a file".to_owned(),
+            Entry::Other => "is a pipe or a device, and another file may name plain files only".to_owned(),
+        };
+        Err(Failure::at(path, reason))
     }
 
     /// Reads the file by the rule.
     pub fn read(&self) -> Result<Vec<u8>, Failure> {
-        use std::io::Read as _;
         let real = self.check()?;
-        let mut bytes = Vec::new();
         // The file may grow meanwhile.
-        let read = std::fs::File::open(real).and_then(|file| file.take(self.largest).read_to_end(&mut bytes));
-        read.map_err(|e| Failure::at(self.path, plain(&e)))?;
-        Ok(bytes)
+        disk::read_up_to(&real, self.largest).map_err(|e| Failure::at(self.path, plain(&e)))
     }
 }
 
@@ -123,7 +122,7 @@ pub fn source(path: &Path, trust: Trust) -> Result<Source, Failure> {
 
 /// Reads a mesh from the bytes of the file at `path`, as [`source`] does.
 pub fn parse(bytes: Vec<u8>, path: &Path, trust: Trust) -> Result<Source, Failure> {
-    terminal::work_on(path);
+    work_on(path);
     parse_content(content(bytes, path)?, path, trust)
 }
 
@@ -285,11 +284,11 @@ fn named_libraries(argument: &str, folder: &Path, trust: Trust) -> Vec<NamedPath
     let bare = argument.strip_prefix('"').and_then(|name| name.strip_suffix('"'));
     let find = |name: &str| named_path::find(folder, name, trust);
     let whole = find(bare.unwrap_or(argument));
-    if bare.is_some() || (whole.note.is_none() && whole.path.exists()) {
+    if bare.is_some() || (whole.note.is_none() && disk::exists(&whole.path)) {
         return vec![whole];
     }
     let several: Vec<NamedPath> = argument.split_whitespace().map(find).collect();
-    if whole.note.is_some() && several.iter().any(|named| !named.path.exists()) { vec![whole] } else { several }
+    if whole.note.is_some() && several.iter().any(|named| !disk::exists(&named.path)) { vec![whole] } else { several }
 }
 
 /// Reads a material library in the usual spelling.

@@ -1,6 +1,7 @@
 //! Meshes written to files, in the format that the name of the file asks for.
 
 use crate::compression;
+use crate::disk;
 use crate::failure::Failure;
 use crate::input;
 use crate::text::shown;
@@ -73,7 +74,8 @@ fn dangling(path: &Path, input: &Path, source: &Source) -> Option<String> {
     let libraries = file.material_libraries().iter().map(|name| String::from_utf8_lossy(name).into_owned());
     let inside = materials::textures(&file.embedded_library()).into_iter();
     let textures = inside.filter(|texture| file.embedded_texture(texture).is_none());
-    let is_lost = |name: &String| input.with_file_name(name).is_file() && !path.with_file_name(name).is_file();
+    let is_lost =
+        |name: &String| disk::is_file(&input.with_file_name(name)) && !disk::is_file(&path.with_file_name(name));
     let lost: Vec<String> = libraries.chain(textures).filter(is_lost).collect();
     (!lost.is_empty()).then(|| format!("{}: names {}, which lies beside the input alone", shown(path), lost.join(", ")))
 }

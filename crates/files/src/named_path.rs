@@ -1,6 +1,7 @@
 //! Finds the libraries and textures that a mesh names: where it says, or else beside it, because the names come from another
 //! machine, with folders that are not here or in another case.
 
+use crate::disk;
 use crate::input::{NamedFile, Trust};
 use crate::text::one_line;
 use std::path::{Component, Path, PathBuf};
@@ -48,14 +49,14 @@ fn in_any_case(folder: &Path, path: &Path) -> Option<PathBuf> {
             return None;
         };
         let exact = found.join(name);
-        if exact.exists() {
+        if disk::exists(&exact) {
             found = exact;
             continue;
         }
         let here = if found.as_os_str().is_empty() { Path::new(".") } else { &found };
         let lower = |name: &std::ffi::OsStr| name.to_string_lossy().to_lowercase();
         let same = |entry: &std::ffi::OsString| lower(entry) == lower(name);
-        let entries = std::fs::read_dir(here).ok()?.filter_map(|entry| Some(entry.ok()?.file_name()));
+        let entries = disk::names(here).ok()?.into_iter();
         found.push(entries.filter(same).min()?);
     }
     Some(found)

@@ -3,6 +3,8 @@
 mod lock;
 mod place;
 
+pub use crate::disk::same_file;
+
 use crate::cleanup;
 use crate::compression;
 use crate::failure::Failure;
@@ -239,11 +241,6 @@ pub fn refuse_overwrite(path: &Path, inputs: &[impl AsRef<Path>]) -> Result<(), 
         return Err(Failure::at(path, "is an input; name another output, so that nothing is lost"));
     }
     Ok(())
-}
-
-/// Returns whether two paths lead to one existing file.
-pub fn same_file(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 /// A single output: a file, a device, or standard output.

@@ -1,23 +1,21 @@
 //! The command `planish bake`.
 
-use super::{count, measure, one_line};
 use crate::args::{BakeArgs, MapArg, MapArgs, MethodArgs, SpaceArg};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::output::Folder;
 use planish_files::bake_files::{self, Baked, Job};
+use planish_files::bake_report;
 use planish_files::input::Trust;
-use planish_files::text;
 use planish_geometry::bake::{
     self, BakeSettings, BakeTarget, Carriers, CurvatureMap, Lambda, LargestSide, LayoutChoice, Quanta,
 };
 use planish_geometry::map::displacement::{FileFormat, MapKind, TexelFormat};
-use planish_geometry::map::manifest::{Layout, Manifest, ShadingMapEntry, UvSource};
+use planish_geometry::map::manifest::Manifest;
 use planish_geometry::map::occlusion::Occlusion;
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Progress;
 use serde::Serialize;
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Report of the command.
@@ -47,7 +45,7 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Result<(), Failure> {
         layout_reason: bundle.fallback.as_ref().map(ToString::to_string),
         manifest: &bundle.manifest,
     };
-    console.report(&report, || text(&report))
+    console.report(&report, || bake_report::text(&report.source, bundle, &report.files))
 }
 
 /// The denoised surface that a bake aims at: that of a method, or a mesh.
@@ -148,95 +146,4 @@ fn map_kind(args: &MapArgs) -> Result<MapKind, Failure> {
         (MapArg::Vector, None | Some(SpaceArg::Object)) => Ok(MapKind::VectorObject),
         (MapArg::Vector, Some(SpaceArg::Tangent)) => Ok(MapKind::VectorTangent),
     }
-}
-
-/// Formats the report for people.
-fn text(baked: &Wrote) -> String {
-    let m = baked.manifest;
-    let (map, r) = (&m.displacement, &m.report);
-    let mut out = String::new();
-    let mut line = |head: &str, text: String| {
-        let _ = writeln!(out, "{head:9} {text}");
-    };
-    line(
-        "source",
-        format!(
-            "{}: {}, {}",
-            one_line(&baked.source),
-            count(m.source.vertices, "vertex", "vertices"),
-            count(m.source.faces, "face", "faces")
-        ),
-    );
-    if let Some(choice) = &m.choice {
-        line("auto", choice.to_string());
-    }
-    line(
-        "map",
-        format!(
-            "{} × {}, {}: {} = {} + {} · texel",
-            map.width,
-            map.height,
-            map.texel,
-            if map.map == MapKind::Scalar { "height" } else { "offset" },
-            measure(map.bias),
-            measure(map.scale)
-        ),
-    );
-    if let Some(reason) = &baked.size_reason {
-        line("size", reason.clone());
-    }
-    if let Some(limits) = &r.limits {
-        line("limits", text::limits(limits));
-    }
-    if let Some(heights) = &r.heights {
-        line("normals", format!("{}; {heights}", text::along(m.normals)));
-    }
-    line("error", text::errors(r, map.scale));
-    for (head, text) in layout_text(m) {
-        line(head, text);
-    }
-    if let Some(occlusion) = &m.occlusion {
-        let reach = occlusion.distance.map_or("any length".to_owned(), |d| format!("at most {}", measure(d)));
-        line(
-            "occlusion",
-            format!("{}, {} of {reach}", shading(&occlusion.map), count(occlusion.rays as usize, "ray", "rays")),
-        );
-    }
-    if let Some(curvature) = &m.curvature {
-        line("curvature", format!("{}, white is {} per model unit", shading(&curvature.map), measure(curvature.range)));
-    }
-    for file in &baked.files {
-        line("wrote", one_line(file));
-    }
-    out
-}
-
-/// Describes the layout of a map of shading.
-fn shading(map: &ShadingMapEntry) -> String {
-    let layout = match map.layout {
-        Layout::Uv => "in the texture coordinates",
-        Layout::Vertex => "one texel for each vertex",
-    };
-    format!("{} × {}, {layout}", map.width, map.height)
-}
-
-/// Formats the lines about seams and layout.
-fn layout_text(m: &Manifest) -> [(&'static str, String); 2] {
-    let r = &m.report;
-    let gap = format!("gap {} between the wedges of a vertex", r.seam_gap);
-    let Some(own) = &r.own_uvs else {
-        return [("seams", gap), ("layout", "one texel for each vertex".to_owned())];
-    };
-    let n = count(own.seam_vertices, "vertex", "vertices");
-    let private = match r.private_vertices {
-        0 => String::new(),
-        n => format!(", {} with private texels", count(n, "vertex", "vertices")),
-    };
-    let layout = format!(
-        "{}, {:.1} % covered{private}, {} unresolved",
-        if m.displacement.uvs == UvSource::Mesh { "the mesh's own" } else { "a new atlas, in the carrier" },
-        100.0 * r.layout.coverage,
-        count(r.unresolved_vertices, "vertex", "vertices")
-    );
-    [("seams", format!("{gap}, {n} with several")), ("layout", layout)]
 }

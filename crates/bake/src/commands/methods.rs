@@ -4,6 +4,7 @@ use crate::args::MethodsArgs;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::method_table;
+use planish_files::method_list;
 use planish_geometry::denoise::Denoiser;
 
 pub(crate) fn run(args: &MethodsArgs, console: &Console) -> Result<(), Failure> {
@@ -11,5 +12,5 @@ pub(crate) fn run(args: &MethodsArgs, console: &Console) -> Result<(), Failure> 
         return console.print_bytes(method_table::markdown().as_bytes());
     }
     let methods = args.method.clone().map_or_else(|| Denoiser::every().to_vec(), |method| vec![method]);
-    console.report(&method_table::json(&methods), || method_table::text(&methods))
+    console.report(&method_list::json(&methods), || method_table::text(&methods))
 }

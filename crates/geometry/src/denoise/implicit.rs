@@ -8,6 +8,9 @@
 //! area around a vertex in units of its mean, which makes the step one of mean curvature flow. The unknown is x − p, so the
 //! origin does not matter.
 
+#[cfg_attr(target_family = "wasm", path = "implicit/no_cholesky.rs")]
+mod cholesky;
+
 use super::conjugate_gradients::{ConjugateGradients, Stop, multiply};
 use super::laplacian::{BOUNDARY, WEIGHTS};
 use super::method::{DenoiseMethod, MethodInfo, Reference};
@@ -19,9 +22,7 @@ use crate::mesh::laplacian;
 use crate::mesh::surface::Surface;
 use crate::named;
 use crate::progress::{Cancelled, Progress};
-use faer::Side;
-use faer::linalg::solvers::Solve as _;
-use faer::sparse::{SparseColMat, Triplet};
+use cholesky::Factor;
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -95,7 +96,7 @@ pub(super) fn deltas(surface: &Surface, settings: &Implicit, progress: &dyn Prog
     progress.check()?;
     let system = System::new(surface, settings);
     let factor = match settings.solver {
-        Solver::Direct => system.factor(),
+        Solver::Direct => Factor::of(&system.matrix),
         Solver::Iterative => None,
     };
     let mut positions = surface.positions().to_vec();
@@ -103,7 +104,7 @@ pub(super) fn deltas(surface: &Surface, settings: &Implicit, progress: &dyn Prog
         progress.check()?;
         let right = system.right(&positions);
         let step = match &factor {
-            Some(factor) => backsolve(factor, &right),
+            Some(factor) => factor.backsolve(&right),
             None => system.iterate(&right, progress)?,
         };
         positions.par_iter_mut().zip(step).for_each(|(x, step)| *x += step);
@@ -118,8 +119,6 @@ struct System {
     /// Matrix t S, whose rows are empty for vertices that stay.
     scaled_stiffness: Csr,
 }
-
-type Factor = faer::sparse::linalg::solvers::Llt<usize, f64>;
 
 impl System {
     fn new(surface: &Surface, settings: &Implicit) -> Self {
@@ -169,22 +168,6 @@ impl System {
         let stop = Stop { tolerance: 1e-12, ..Stop::default() };
         ConjugateGradients::new(&diagonal).solve_from(product, guess, right, stop, progress)
     }
-
-    /// Cholesky factors; `None` if rounding has made the matrix indefinite, in which case conjugate gradients are used.
-    fn factor(&self) -> Option<Factor> {
-        let entry = |i: Index, &(j, w): &(Index, f64)| Triplet::new(i as usize, j as usize, w);
-        let rows = (0..).zip(self.matrix.rows());
-        let lower: Vec<_> =
-            rows.flat_map(|(i, row)| row.iter().filter(move |e| e.0 <= i).map(move |e| entry(i, e))).collect();
-        let count = self.matrix.rows().len();
-        SparseColMat::try_new_from_triplets(count, count, &lower).ok()?.sp_cholesky(Side::Lower).ok()
-    }
-}
-
-fn backsolve(factor: &Factor, right: &[DVec3]) -> Vec<DVec3> {
-    let columns = faer::Mat::from_fn(right.len(), 3, |v, k| right[v][k]);
-    let x = factor.solve(columns);
-    (0..right.len()).map(|v| DVec3::new(x[(v, 0)], x[(v, 1)], x[(v, 2)])).collect()
 }
 
 #[cfg(test)]

@@ -20,7 +20,7 @@ pub(super) struct PatchSizes {
 
 impl Default for PatchSizes {
     fn default() -> Self {
-        Self { whole: 3_000, patches: 6, triangles: 500, margin: 4 }
+        Self { whole: 6_000, patches: 6, triangles: 1_000, margin: 4 }
     }
 }
 

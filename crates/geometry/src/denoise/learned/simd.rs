@@ -9,6 +9,10 @@ pub(super) const LANES: usize = 16;
 /// Runs `work` with the widest vector instructions of this processor. What it calls must be inlined to profit.
 #[inline(always)]
 pub(super) fn vectorised<R>(work: impl FnOnce() -> R) -> R {
+    // WebAssembly has one width, chosen when it is compiled.
+    #[cfg(target_family = "wasm")]
+    return work();
+    #[cfg(not(target_family = "wasm"))]
     pulp::Arch::new().dispatch(work)
 }
 
