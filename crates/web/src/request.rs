@@ -55,7 +55,7 @@ mod tests {
     fn request(change: impl Fn(&mut Value)) -> Result<Denoising, String> {
         let mut json = serde_json::json!({
             "method": "guided-normals", "parameters": { "iterations": 7 }, "fix_boundary": true, "max_displacement": 0.5,
-            "preserve_volume": true, "bake": { "texel": "exr32" },
+            "preserve_volume": true, "bake": { "texel": { "format": "exr", "bits": 32 } },
         });
         change(&mut json);
         Request::parse(&json.to_string()).and_then(|request| request.denoising()).map_err(|e| e.to_string())
