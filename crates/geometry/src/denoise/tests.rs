@@ -66,7 +66,7 @@ fn rounding(denoiser: &Denoiser) -> f64 {
         // Conjugate gradients end when 1e-8 of the pull is left, one step sooner or later.
         _ if settings_of(denoiser, "scheme").is_some_and(|scheme| scheme == "least-squares") => 1e-7,
         // Rounds are solved in single precision, and multiply what they are given.
-        Denoiser::Map(_) | Denoiser::Auto(_) => 1e-6,
+        Denoiser::Map(_) | Denoiser::Auto(_) => 1e-5,
         // Single precision rounds other digits of normals that are turned.
         _ if denoiser.motion() == Some(Motion::AlongNormal) => 1e-7,
         // Sums of a dozen terms of size 10, five steps: a few hundred ulps.

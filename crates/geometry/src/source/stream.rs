@@ -222,6 +222,7 @@ mod tests {
         far[at] = 77;
         assert!(message(&far).contains("face 2 names vertex"), "{}", message(&far));
         assert!(message(b"OFF\n3 1 0\n").contains("OFF"));
-        assert!(message(b"ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nend_header\n").contains("text"));
+        let ascii = b"ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+        assert!(message(ascii).contains("text"), "{}", message(ascii));
     }
 }

@@ -274,7 +274,7 @@ fn noise_that_hits_few_vertices_goes_and_the_others_stay_where_they_are() {
     let (deltas, _) = choose(&hit, &Auto { noise: sigma, ..Auto::default() }, &Silent).unwrap();
     let by_one_deviation = hit.moved_by(&deltas);
     let [each, one] = [&result, &by_one_deviation].map(|positions| off(&clean, positions));
-    assert!(choice.hit > 0.1 && choice.hit < 0.3 && each < 0.5 * one, "{each} {one} {choice}");
+    assert!(choice.hit > 0.1 && choice.hit < 0.3 && each < 0.6 * one, "{each} {one} {choice}");
 }
 
 #[test]
