@@ -104,8 +104,8 @@ impl Receiver for Raw {
     }
     fn face(&mut self, vertices: &[Index]) {
         self.count += 1;
-        let numbers = [vertices.len() as u32].into_iter().chain(vertices.iter().copied());
-        if let Err(e) = numbers.map(|n| self.faces.index(n)).collect::<Result<(), _>>() {
+        let mut numbers = [vertices.len() as u32].into_iter().chain(vertices.iter().copied());
+        if let Err(e) = numbers.try_for_each(|n| self.faces.index(n)) {
             self.failure.get_or_insert(e);
         }
     }

@@ -75,7 +75,7 @@ mod tests {
         // Numbers that jump: every other vertex from the end.
         let count = grid.positions().len() as Index;
         assert_eq!(count % 2, 1);
-        let jump = |v: Index| if v % 2 == 0 { v } else { count - 1 - v };
+        let jump = |v: Index| if v.is_multiple_of(2) { v } else { count - 1 - v };
         let faces: Ragged<Index> =
             grid.topology().faces().iter().map(|f| f.iter().map(|&v| jump(v)).collect::<Vec<_>>()).collect();
         let mut positions = vec![DVec3::ZERO; count as usize];
