@@ -7,7 +7,7 @@
 //! 2. [`measure`] adds up lengths that a method takes from the whole mesh, in the order in which it would add them there.
 //! 3. [`denoise`] denoises a [`Part`]: a tile and a halo of so many rings around it.
 //! 4. [`merge`] puts the tiles together.
-//! 5. [`write`] writes the file again, piece by piece, with other positions.
+//! 5. [`write()`] writes the file again, piece by piece, with other positions.
 //!
 //! The vertices and faces of a part keep their order, so that sums over neighbours have the same order as in the whole mesh. With a halo as
 //! wide as a method [reaches](reach::rings), its results in the tile are those of the whole mesh, bit for bit.
