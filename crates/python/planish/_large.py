@@ -151,8 +151,9 @@ def _weights(folder: str, vertices: int, fix: ArrayLike | None, mask: ArrayLike 
         stays = np.flatnonzero(stays) if stays.dtype == bool else stays
         if stays.ndim != 1 or (stays.size and stays.dtype.kind not in "iu"):
             raise InputError('`fix` is "boundary", indices (n,) or a mask (#v,) of truth values')
-        if stays.size and (stays.min() < 0 or stays.max() >= vertices):
-            raise InputError(f"`fix` names vertex {stays.max()}, and the mesh has {vertices}")
+        outside = stays[(stays < 0) | (stays >= vertices)]
+        if outside.size:
+            raise InputError(f"`fix` names vertex {outside[0]}, and the mesh has {vertices}")
         told = told.copy()
         told[stays.astype(np.int64)] = 0
     path = os.path.join(folder, "weights")
