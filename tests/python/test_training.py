@@ -43,8 +43,18 @@ def test_all_stages_are_trained_from_clean_shapes(tmp_path):
     command += ["--samples", binary("examples/learned_samples", "PLANISH_LEARNED_SAMPLES")]
     printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     losses = [float(loss) for loss in re.findall(r"loss ([\d.]+)", printed)]
-    assert len(losses) == 12
+    assert len(losses) == 28  # two stages on all shapes and on each half, and the fusion
     assert all(last < 0.95 * first for first, last in zip(losses[::4], losses[3::4])), printed
     tensors = learned_filter.load(weights)
     assert {name.split(".")[0] for name in tensors} == {"stage0", "stage1", "fusion"}
     assert all(np.isfinite(tensor).all() for tensor in tensors.values())
+    names = [{path.stem for path in tmp_path.glob(f"{name}/*.obj")} for name in ("own0", "others0", "own1", "others1")]
+    assert names[0].isdisjoint(names[1]) and len(names[0] | names[1]) == 10
+    assert names[0] == names[3] and names[1] == names[2]
+
+
+def test_meshes_of_one_shape_are_never_parted():
+    """A remeshed copy of a shape that was trained on would tell the fusion too much good of the stages."""
+    assert learned_filter.shape_of("scorpion_dec") == learned_filter.shape_of("scorpion_iso") == "scorpion"
+    assert learned_filter.shape_of("cad_so_base_occ") == "cad_so_base"
+    assert learned_filter.shape_of("own_blob_001") == "own_blob_001"

@@ -15,7 +15,8 @@
 mod npy;
 
 use glam::{DVec3, Vec3};
-use planish_geometry::denoise::{Denoiser, FaceSamples, LearnedWeights, learned_samples};
+use planish_geometry::denoise::auto::without_learned;
+use planish_geometry::denoise::{Auto, FaceSamples, LearnedWeights, learned_samples};
 use planish_geometry::mesh::jagged::{Index, Ragged};
 use planish_geometry::mesh::surface::Surface;
 use planish_geometry::mesh::synthetic_noise::{Direction, Disturbed, SyntheticKind, SyntheticNoise, disturb};
@@ -192,11 +193,16 @@ fn piece((name, surface): &(String, Surface), seed: u64, options: &Options) -> O
             let file = folder.join(format!("{seed}.f32"));
             if options.make_others {
                 if !file.exists() {
-                    write_vectors(&file, &Denoiser::default().deltas(&noisy, &Silent).ok()?).ok()?;
+                    write_vectors(&file, &without_learned(&noisy, &Auto::default(), &Silent).ok()?.0).ok()?;
                 }
                 return None;
             }
-            Some(read_vectors(&file, noisy.positions().len())?)
+            // Where `auto` leaves everything alone, it does not ask the network.
+            let deltas = read_vectors(&file, noisy.positions().len())?;
+            if deltas.iter().all(|delta| *delta == DVec3::ZERO) {
+                return None;
+            }
+            Some(deltas)
         }
     };
     let share = options.rows as f64 / faces as f64;

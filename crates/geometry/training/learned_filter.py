@@ -3,16 +3,23 @@
     python crates/geometry/training/learned_filter.py CLEAN WEIGHTS.safetensors --samples target/release/examples/learned_samples
 
 CLEAN is a folder of clean meshes (OBJ). Features come from the example `learned_samples`, so that training and use have one
-implementation. Needs numpy.
+implementation. Needs numpy; with `--gpu` CuPy as well.
+
+The network that mixes in what `auto` finds (`--fusion`) has to know how far the stages can be trusted on shapes that they have never seen.
+So its samples come from stages that were trained on the other shapes: with `--folds 2`, once on each half of the shapes (Wolpert,
+*Stacked generalization*, Neural Networks 5, 1992).
 """
 
 import argparse
 import json
+import re
 import subprocess
 import time
 from pathlib import Path
 
 import numpy as np
+
+xp = np  # what computes: numpy, or CuPy with the same functions
 
 HIDDEN = (224, 192, 128)
 CANDIDATES, FEATURES, PER_SURFACE = 52, 235, 4  # the features begin with the candidates' normals
@@ -24,7 +31,7 @@ BATCH = 8192
 
 def unit(x):
     """Unit vectors, with a derivative everywhere, and the lengths."""
-    length = np.sqrt((x * x).sum(-1, keepdims=True) + 1e-12)
+    length = xp.sqrt((x * x).sum(-1, keepdims=True) + 1e-12)
     return x / length, length
 
 
@@ -35,7 +42,12 @@ def through_unit(gradient, unit_vectors, length):
 
 def angles(a, b):
     """Angles between unit vectors, degrees."""
-    return np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(1)))
+    return xp.degrees(xp.arctan2(xp.linalg.norm(xp.cross(a, b), axis=1), (a * b).sum(1)))
+
+
+def on_host(x):
+    """An array of numpy."""
+    return x if xp is np else xp.asnumpy(x)
 
 
 class Network:
@@ -45,13 +57,13 @@ class Network:
         self.mean, self.deviation = mean, deviation
         sizes = (len(mean), *HIDDEN, CANDIDATES + others + 4)
         bound = [1 / np.sqrt(a) for a in sizes]
-        draw = lambda k, *shape: random.uniform(-bound[k], bound[k], shape).astype(np.float32)  # noqa: E731
+        draw = lambda k, *shape: xp.asarray(random.uniform(-bound[k], bound[k], shape).astype(np.float32))  # noqa: E731
         self.weights = [draw(k, b, a) for k, (a, b) in enumerate(zip(sizes, sizes[1:]))]
         self.biases = [draw(k, b) for k, b in enumerate(sizes[1:])]
         self.biases[-1][-1] = -1.5
         # Normals of other surfaces come after all features of the mesh itself.
         own = np.arange(3 * CANDIDATES).reshape(-1, 3)
-        self.places = np.concatenate([own, FEATURES + PER_SURFACE * np.arange(others)[:, None] + np.arange(3)])
+        self.places = xp.asarray(np.concatenate([own, FEATURES + PER_SURFACE * np.arange(others)[:, None] + np.arange(3)]))
 
     def parameters(self):
         """All that is fitted."""
@@ -66,14 +78,14 @@ class Network:
         layers = [(x - self.mean) / self.deviation]
         for k, (weight, bias) in enumerate(zip(self.weights, self.biases)):
             values = layers[-1] @ weight.T + bias
-            layers.append(np.maximum(values, 0, out=values) if k + 1 < len(self.weights) else values)
+            layers.append(xp.maximum(values, 0, out=values) if k + 1 < len(self.weights) else values)
         out, count = layers[-1], len(self.places)
-        shares = np.exp(out[:, :count] - out[:, :count].max(1, keepdims=True))
+        shares = xp.exp(out[:, :count] - out[:, :count].max(1, keepdims=True))
         shares /= shares.sum(1, keepdims=True)
         candidates = x[:, self.places]
-        mixed = np.matmul(shares[:, None, :], candidates)[:, 0] + 0.5 * out[:, count : count + 3]
+        mixed = xp.matmul(shares[:, None, :], candidates)[:, 0] + 0.5 * out[:, count : count + 3]
         found, mixed_length = unit(mixed)
-        kept = 1 / (1 + np.exp(np.clip(-2 * out[:, count + 3 :], None, 80)))
+        kept = 1 / (1 + xp.exp(xp.clip(-2 * out[:, count + 3 :], None, 80)))
         own = x[:, INPUT_NORMAL]
         normals, length = unit((1 - kept) * found + kept * own)
         return normals, (layers, shares, candidates, found, mixed_length, kept, own, length)
@@ -82,13 +94,13 @@ class Network:
         """Weighted mean distance of the normals from the true ones, and its derivatives by the parameters."""
         normals, (layers, shares, candidates, found, mixed_length, kept, own, length) = self.forward(x)
         difference = normals - truth
-        distance = np.sqrt((difference * difference).sum(1) + 1e-7)
+        distance = xp.sqrt((difference * difference).sum(1) + 1e-7)
         by_sum = through_unit(difference * (weight / distance / len(x))[:, None], normals, length)
         by_mixed = through_unit((1 - kept) * by_sum, found, mixed_length)
-        by_shares = np.matmul(candidates, by_mixed[:, :, None])[:, :, 0]
+        by_shares = xp.matmul(candidates, by_mixed[:, :, None])[:, :, 0]
         by_shares = shares * (by_shares - (shares * by_shares).sum(1, keepdims=True))
         by_gate = 2 * kept * (1 - kept) * (by_sum * (own - found)).sum(1, keepdims=True)
-        back = np.concatenate([by_shares, 0.5 * by_mixed, by_gate], axis=1)
+        back = xp.concatenate([by_shares, 0.5 * by_mixed, by_gate], axis=1)
         weights, biases = [], []
         for k in reversed(range(len(self.weights))):
             weights.insert(0, back.T @ layers[k])
@@ -103,8 +115,8 @@ class Adam:
 
     def __init__(self, parameters, rate, steps):
         self.parameters, self.rate, self.steps, self.step = parameters, rate, steps, 0
-        self.first = [np.zeros_like(p) for p in parameters]
-        self.second = [np.zeros_like(p) for p in parameters]
+        self.first = [xp.zeros_like(p) for p in parameters]
+        self.second = [xp.zeros_like(p) for p in parameters]
 
     def move(self, gradients):
         """Takes a step."""
@@ -117,27 +129,33 @@ class Adam:
             p *= 1 - 1e-3 * rate
             first += 0.1 * (gradient - first)
             second += 0.001 * (gradient * gradient - second)
-            p -= scale * first / (np.sqrt(second * second_scale) + 1e-8)
+            p -= scale * first / (xp.sqrt(second * second_scale) + 1e-8)
 
 
 class Samples:
-    """Samples of a prefix: features, true normals, and the piece of each."""
+    """Samples of prefixes: features, true normals, and the piece of each."""
 
-    def __init__(self, prefix):
-        self.features = np.load(f"{prefix}.features.npy", mmap_mode="r")
-        targets = np.load(f"{prefix}.targets.npy")
-        self.truth, self.piece = np.ascontiguousarray(targets[:, :3]), targets[:, 3].astype(np.int64)
-        self.pieces = [line.split() for line in open(f"{prefix}.pieces.txt")]
+    def __init__(self, *prefixes):
+        features = [np.load(f"{prefix}.features.npy", mmap_mode="r") for prefix in prefixes]
+        targets = [np.load(f"{prefix}.targets.npy") for prefix in prefixes]
+        pieces = [[line.split() for line in open(f"{prefix}.pieces.txt")] for prefix in prefixes]
+        first = np.cumsum([0] + [len(of) for of in pieces[:-1]])
+        # One file stays where it is, since it may be larger than the memory.
+        self.features = features[0] if len(features) == 1 else np.concatenate(features)
+        self.features = self.features if xp is np else xp.asarray(self.features)
+        self.truth = xp.asarray(np.ascontiguousarray(np.concatenate(targets)[:, :3]))
+        self.piece = np.concatenate([of[:, 3].astype(np.int64) + k for of, k in zip(targets, first)])
+        self.pieces = sum(pieces, [])
 
     def rows(self, which):
         """Features of some samples in single precision, as the filter clamps them."""
-        return np.clip(self.features[which], -20, 20).astype(np.float32)
+        return xp.clip(self.features[which], -20, 20).astype(np.float32)
 
     def mean_errors(self, normals):
         """Mean angle of each piece between the true normals and those that `normals` finds for features, degrees."""
         count = len(self.features)
         parts = [slice(k, k + 65536) for k in range(0, count, 65536)]
-        error = np.concatenate([angles(normals(self.rows(part)), self.truth[part]) for part in parts])
+        error = np.concatenate([on_host(angles(normals(self.rows(part)), self.truth[part])) for part in parts])
         sizes = np.bincount(self.piece, minlength=len(self.pieces))
         return np.bincount(self.piece, error, minlength=len(self.pieces)) / np.maximum(sizes, 1)
 
@@ -148,10 +166,10 @@ def train(samples, others, epochs, rate, seed, left_out=()):
     # A piece counts by how well it can be done at all: what is easy is asked for more precisely.
     base = np.minimum(*(samples.mean_errors(lambda x, c=c: unit(x[:, c])[0]) for c in (NARROW, INPUT_NORMAL)))
     weight = (1 / (base + EASY))[samples.piece].astype(np.float32)
-    weight /= weight.mean()
+    weight = xp.asarray(weight / weight.mean())
     is_used = np.array([name not in left_out for name, _ in samples.pieces])
     used = np.flatnonzero(is_used[samples.piece])
-    some = samples.rows(np.sort(random.choice(used, min(len(used), 200_000), replace=False)))
+    some = samples.rows(xp.asarray(np.sort(random.choice(used, min(len(used), 200_000), replace=False))))
     network = Network(some.mean(0), some.std(0) + np.float32(1e-2), others, random)
     batch = min(BATCH, len(used))
     steps = len(used) // batch
@@ -160,11 +178,11 @@ def train(samples, others, epochs, rate, seed, left_out=()):
     for epoch in range(epochs):
         order, total = random.permutation(used), 0.0
         for k in range(steps):
-            rows = np.sort(order[k * batch : (k + 1) * batch])
+            rows = xp.asarray(np.sort(order[k * batch : (k + 1) * batch]))
             loss, gradients = network.gradients(samples.rows(rows), samples.truth[rows], weight[rows])
             optimiser.move(gradients)
             total += loss
-        print(f"  epoch {epoch + 1}: loss {total / steps:.5f}, {time.time() - start:.0f} s", flush=True)
+        print(f"  epoch {epoch + 1}: loss {float(total) / steps:.5f}, {time.time() - start:.0f} s", flush=True)
     report(samples, samples.mean_errors(network.normals), base, is_used)
     return network
 
@@ -185,7 +203,7 @@ def tensors_of(network, name):
     found = {f"{name}.mean": network.mean, f"{name}.deviation": network.deviation}
     for k, (weight, bias) in enumerate(zip(network.weights, network.biases)):
         found[f"{name}.{k}.weight"], found[f"{name}.{k}.bias"] = weight, bias
-    return {key: value.astype("<f2") for key, value in found.items()}
+    return {key: on_host(value).astype("<f2") for key, value in found.items()}
 
 
 def save(path, tensors):
@@ -208,8 +226,82 @@ def load(path):
     return {name: np.frombuffer(cut[name], "<f2").reshape(info["shape"]) for name, info in head.items()}
 
 
+def shape_of(name):
+    """The shape of a mesh: its name but for the way in which it was remeshed."""
+    return re.sub(r"_(iso|dec|q|quad|gmsh|occ)$", "", name)
+
+
+def parts_of(clean, count, folder):
+    """Splits a folder of meshes by shape. Returns for each of `count` parts a folder with the meshes of the others, and one with its own."""
+    files = sorted(Path(clean).glob("*.obj"))
+    shapes = sorted({shape_of(file.stem) for file in files})
+    part = {shape: k % count for k, shape in enumerate(shapes)}
+    found = []
+    for k in range(count):
+        found.append((Path(folder, f"others{k}"), Path(folder, f"own{k}")))
+        for path in found[-1]:
+            path.mkdir(parents=True, exist_ok=True)
+            for file in files:
+                link = path / file.name
+                if (part[shape_of(file.stem)] == k) == (path == found[-1][1]) and not link.exists():
+                    link.symlink_to(file.resolve())
+    return found
+
+
+class Training:
+    """What all networks are trained with."""
+
+    def __init__(self, options):
+        self.options = options
+
+    def samples(self, name, number, clean, weights, prefix, extra=()):
+        """Makes the samples of a network. Each network sees other pieces with other noise than those before, which those before fit too
+        well."""
+        options, start = self.options, time.time()
+        draws = options.fusion_draws if name == "fusion" else options.draws
+        command = [options.samples, str(clean), prefix, "--draws", str(draws), "--rows", str(options.rows)]
+        command += ["--seed", str(100_000_000_000 * (options.seed * 10 + number + 1)), *extra]
+        command += ["--weights", weights] if Path(weights).exists() else []
+        subprocess.run(command, check=True)
+        print(f"{prefix}: samples in {time.time() - start:.0f} s", flush=True)
+
+    def stages(self, clean, weights, name, first=0):
+        """Trains the stages one after the other, and writes the weights after each."""
+        options = self.options
+        tensors = load(weights) if first else {}
+        kept = [f"stage{k}" for k in range(first)]
+        tensors = {key: value for key, value in tensors.items() if key.split(".")[0] in kept}
+        Path(weights).unlink(missing_ok=True)
+        for k in range(first, options.stages):
+            if tensors:
+                save(weights, tensors)
+            prefix = f"{options.folder}/{name}stage{k}"
+            self.samples("stage", k, clean, weights, prefix)
+            network = train(Samples(prefix), 0, options.epochs, options.rate, options.seed + k)
+            tensors.update(tensors_of(network, f"stage{k}"))
+        save(weights, tensors)
+
+    def fusion(self, weights):
+        """Trains the network that mixes in what `auto` finds, with stages that have not seen the shapes, and adds it to the weights."""
+        options, prefixes = self.options, []
+        for k, (others, own) in enumerate(parts_of(options.clean, options.folds, options.folder)):
+            stages = f"{options.folder}/part{k}.safetensors"
+            if not options.parts_ready:
+                print(f"part {k} of {options.folds}", flush=True)
+                self.stages(others, stages, f"part{k}-")
+            prefixes.append(f"{options.folder}/part{k}-fusion")
+            found = f"{options.others}{k}"
+            if not options.others_ready:
+                Path(found).mkdir(exist_ok=True)
+                self.samples("fusion", options.stages, own, stages, prefixes[-1], ["--others", found, "--make-others"])
+            self.samples("fusion", options.stages, own, stages, prefixes[-1], ["--others", found])
+        network = train(Samples(*prefixes), 1, options.epochs, options.rate, options.seed + options.stages)
+        tensors = {key: value for key, value in load(weights).items() if key.startswith("stage")}
+        save(weights, {**tensors, **tensors_of(network, "fusion")})
+
+
 def main():
-    """Trains all stages and writes the weights after each."""
+    """Trains all networks and writes the weights after each."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("clean")
     parser.add_argument("weights")
@@ -217,8 +309,10 @@ def main():
     parser.add_argument("--folder", default="/tmp", help="where samples are kept")
     parser.add_argument("--stages", type=int, default=3)
     parser.add_argument("--fusion", action="store_true", help="also the network that mixes in what `auto` finds")
-    parser.add_argument("--others", default="/tmp/others", help="folder for what `auto` finds, which takes longest")
-    parser.add_argument("--others-ready", action="store_true", help="take what is in that folder and make no more")
+    parser.add_argument("--folds", type=int, default=2, help="parts of the shapes, each with stages of its own for the fusion")
+    parser.add_argument("--parts-ready", action="store_true", help="take the stages of the parts that are in FOLDER")
+    parser.add_argument("--others", default="/tmp/others", help="folders for what `auto` finds, a number is added")
+    parser.add_argument("--others-ready", action="store_true", help="take what is in those folders and make no more")
     parser.add_argument("--fusion-draws", type=int, default=6)
     parser.add_argument("--first", type=int, default=0, help="stages before this one are read from the weights")
     parser.add_argument("--draws", type=int, default=12, help="pieces of each mesh")
@@ -226,28 +320,16 @@ def main():
     parser.add_argument("--epochs", type=int, default=8)
     parser.add_argument("--rate", type=float, default=2e-3)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--gpu", action="store_true", help="compute with CuPy")
     options = parser.parse_args()
-    tensors = load(options.weights) if options.first else {}
-    names = [f"stage{k}" for k in range(options.stages)] + (["fusion"] if options.fusion else [])
-    tensors = {key: value for key, value in tensors.items() if key.split(".")[0] in names[: options.first]}
-    for k, name in enumerate(names[options.first :], options.first):
-        save(options.weights, tensors)
-        prefix, start = f"{options.folder}/{name}", time.time()
-        draws = options.fusion_draws if name == "fusion" else options.draws
-        command = [options.samples, options.clean, prefix, "--draws", str(draws), "--rows", str(options.rows)]
-        # Each stage sees other pieces with other noise than those before, which those before fit too well.
-        command += ["--seed", str(100_000_000_000 * (options.seed * 10 + k + 1))]
-        command += ["--weights", options.weights] if tensors else []
-        if name == "fusion":
-            command += ["--others", options.others]
-            if not options.others_ready:
-                Path(options.others).mkdir(exist_ok=True)
-                subprocess.run([*command, "--make-others"], check=True)
-        subprocess.run(command, check=True)
-        print(f"{name}: samples in {time.time() - start:.0f} s", flush=True)
-        network = train(Samples(prefix), int(name == "fusion"), options.epochs, options.rate, options.seed + k)
-        tensors.update(tensors_of(network, name))
-        save(options.weights, tensors)
+    if options.gpu:
+        global xp
+        import cupy as xp
+    training = Training(options)
+    if options.first < options.stages:
+        training.stages(options.clean, options.weights, "", options.first)
+    if options.fusion:
+        training.fusion(options.weights)
 
 
 if __name__ == "__main__":

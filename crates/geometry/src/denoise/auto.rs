@@ -242,9 +242,12 @@ impl<'a> Prepared<'a> {
     }
 
     /// The mixture, together with the learned filter where that has a say.
-    fn found(&self, settings: &Auto, progress: &dyn Progress) -> Result<Found, Cancelled> {
-        let trust = self.trust_in_learned(settings);
-        let mixed = self.mixed(progress)?;
+    fn found(&self, trust_in_learned: f64, progress: &dyn Progress) -> Result<Found, Cancelled> {
+        let trust = if self.may_be_learned() { trust_in_learned } else { 0.0 };
+        // How noise that neighbours share is correlated is known too roughly to tell the two apart by an estimated error.
+        let is_judged = trust > 0.0 && self.noise.correlation == 0;
+        let (mixed, learned_share) = self.mixed(is_judged, progress)?;
+        let trust = if learned_share > SMALLEST_SHARE { trust * learned_share } else { 0.0 };
         let learned = if trust > 0.0 { self.with_learned(&mixed, progress)? } else { None };
         Ok(match learned {
             Some(learned) => mixed.blended(learned, trust),
@@ -252,22 +255,22 @@ impl<'a> Prepared<'a> {
         })
     }
 
-    /// The mixture of the candidates with the lowest estimated error.
-    fn mixed(&self, progress: &dyn Progress) -> Result<Found, Cancelled> {
+    /// The mixture of the candidates with the lowest estimated error, and the share that the learned filter should have beside it.
+    fn mixed(&self, is_learned_judged: bool, progress: &dyn Progress) -> Result<(Found, f64), Cancelled> {
         let whole = Evaluation { problem: self.problem(), input: &self.data, evaluated: &[] };
-        let (shares, offsets) = mixture(self.surface, whole, &self.candidates, progress)?;
+        let found = mixture(self.surface, whole, &self.candidates, is_learned_judged, progress)?;
+        let Mixture { shares, offsets, learned_share } = found;
         let mixed = |v: usize| shares.iter().zip(&offsets).map(|(share, of)| share.share * of[v]).sum::<DVec3>();
         let (deltas, bounded) = self.settled((0..self.data.len()).map(mixed).collect());
-        Ok(Found { deltas, bounded, shares })
+        Ok((Found { deltas, bounded, shares }, learned_share))
     }
 
-    /// How far the learned filter has a say with these settings, 0..=1.
-    fn trust_in_learned(&self, settings: &Auto) -> f64 {
+    /// Whether the noise is such that the learned filter has a say.
+    fn may_be_learned(&self) -> bool {
         // Where few vertices were hit, or heights rounded, the estimate knows more of the noise than the filter was told. Without a
         // measured field, as on depth images with shared noise, nothing says where the filter may act.
         let is_rounded = self.noise.correlation > 0 && self.noise.half_step.min_element().is_finite();
-        let may_act = self.has_work() && self.noise.is_measured && self.hit == 0.0 && !is_rounded;
-        if may_act { settings.trust_in_learned() } else { 0.0 }
+        self.has_work() && self.noise.is_measured && self.hit == 0.0 && !is_rounded
     }
 }
 
@@ -293,14 +296,34 @@ pub fn choose(
     settings: &Auto,
     progress: &dyn Progress,
 ) -> Result<(Vec<DVec3>, DenoiseChoice), Cancelled> {
+    choose_trusting(surface, settings, settings.trust_in_learned(), progress)
+}
+
+/// What [`Auto`] would do without the learned filter: the mixture of its other candidates (#V×3, model units), and what was chosen. The
+/// network that mixes it into the result of the learned filter is fitted to it, and its error beside that of the whole says what the
+/// learned filter is worth.
+pub fn without_learned(
+    surface: &Surface,
+    settings: &Auto,
+    progress: &dyn Progress,
+) -> Result<(Vec<DVec3>, DenoiseChoice), Cancelled> {
+    choose_trusting(surface, settings, 0.0, progress)
+}
+
+fn choose_trusting(
+    surface: &Surface,
+    settings: &Auto,
+    trust_in_learned: f64,
+    progress: &dyn Progress,
+) -> Result<(Vec<DVec3>, DenoiseChoice), Cancelled> {
     let prepared = Prepared::of(surface, settings, progress)?;
     let Found { mut deltas, bounded, mut shares } = if prepared.has_work() {
         // Neighbourhoods that are near in memory save a third of the time.
         let localised = Localised::of(surface);
-        let found = prepared.renumbered(&localised).found(settings, progress)?;
+        let found = prepared.renumbered(&localised).found(trust_in_learned, progress)?;
         Found { deltas: localised.restored(&found.deltas), ..found }
     } else {
-        prepared.mixed(progress)?
+        prepared.mixed(false, progress)?.0
     };
     let noise = &prepared.noise;
     for &(v, p) in &noise.outliers {
@@ -329,6 +352,7 @@ fn mixture(
     surface: &Surface,
     whole: Evaluation,
     candidates: &[Candidate],
+    is_learned_judged: bool,
     progress: &dyn Progress,
 ) -> Result<Mixture, Cancelled> {
     if let [candidate] = candidates {
@@ -345,11 +369,13 @@ fn mixture(
         let problem = Problem { connectivity: &part.connectivity, constraint: &constraint, noise: &noise, ..problem };
         let (input, evaluated) = (part.surface.positions(), &part.evaluated[..]);
         let patches = Evaluation { problem, input, evaluated };
-        return whole.run(without_small_shares(patches.best_mixture(candidates, progress)?.0), progress);
+        let Mixture { shares, learned_share, .. } = patches.best_mixture(candidates, is_learned_judged, progress)?;
+        return Ok(Mixture { learned_share, ..whole.run(without_small_shares(shares), progress)? });
     }
-    let found = Evaluation { problem, ..whole }.best_mixture(candidates, progress)?;
+    let found = Evaluation { problem, ..whole }.best_mixture(candidates, is_learned_judged, progress)?;
     if is_heavy {
-        return whole.run(without_small_shares(found.0), progress);
+        let Mixture { shares, learned_share, .. } = found;
+        return Ok(Mixture { learned_share, ..whole.run(without_small_shares(shares), progress)? });
     }
     Ok(found)
 }

@@ -210,7 +210,7 @@ pub(super) struct Fused {
 /// Runs the filter and lets its last network mix in what another method found: displacements `deltas` (#V×3, model units). `None` if
 /// the weights have no such network.
 pub(super) fn fused(
-    surface: &Surface,
+    positions: &[DVec3],
     mesh: &TriangleMesh,
     fixed: Vec<bool>,
     deltas: &[DVec3],
@@ -218,7 +218,7 @@ pub(super) fn fused(
 ) -> Result<Option<Fused>, Cancelled> {
     let weights = LearnedWeights::built_in();
     let Some(fusion) = &weights.fusion else { return Ok(None) };
-    let mut cascade = Cascade::new(surface.positions(), mesh, fixed);
+    let mut cascade = Cascade::new(positions, mesh, fixed);
     cascade.run(&weights.stages, false, progress)?;
     let other = cascade.other(deltas);
     let others_share = cascade.advance(fusion, &[other], &LAST, progress)?;

@@ -3,6 +3,7 @@
 use super::CandidateShare;
 use super::candidates::Candidate;
 use super::sure::{Response, SureEstimator};
+use crate::denoise::learned;
 use crate::denoise::map::{LinearisedNormals, Problem};
 use crate::mesh::jagged::Index;
 use crate::progress::{Cancelled, Parts, Progress};
@@ -19,8 +20,15 @@ pub(super) struct Evaluation<'a> {
     pub(super) evaluated: &'a [bool],
 }
 
-/// Candidates with their shares, and the offsets of each from the input. #V×3 each, model units
-pub(super) type Mixture = (Vec<CandidateShare>, Vec<Vec<DVec3>>);
+/// A mixture of candidates, and how far the learned filter may go on from it.
+pub(super) struct Mixture {
+    /// Candidates with their shares.
+    pub(super) shares: Vec<CandidateShare>,
+    /// Offsets of each candidate from the input. #V×3 each, model units
+    pub(super) offsets: Vec<Vec<DVec3>>,
+    /// Share of what the learned filter makes of the mixture, 0..=1; 1 where it was not estimated.
+    pub(super) learned_share: f64,
+}
 
 /// The result of a candidate and its derivative along each probe. #V×3 each, model units
 struct CandidateResult {
@@ -61,11 +69,17 @@ impl Evaluation<'_> {
             parts.run(|| candidate.offsets(&self.problem, self.input, &guess, progress))?
         };
         let offsets = shares.par_iter().map(offsets).collect::<Result<Vec<_>, _>>()?;
-        Ok((shares, offsets))
+        Ok(Mixture { shares, offsets, learned_share: 1.0 })
     }
 
-    /// Runs the candidates, estimates their risks and gives each its share of the best mixture.
-    pub(super) fn best_mixture(&self, candidates: &[Candidate], progress: &dyn Progress) -> Result<Mixture, Cancelled> {
+    /// Runs the candidates, estimates their risks and gives each its share of the best mixture; also estimates the risk of what the
+    /// learned filter makes of it, if that is to be judged.
+    pub(super) fn best_mixture(
+        &self,
+        candidates: &[Candidate],
+        is_learned_judged: bool,
+        progress: &dyn Progress,
+    ) -> Result<Mixture, Cancelled> {
         let probe_count = (TRIANGLE_BUDGET / self.problem.connectivity.mesh.face_count().max(1)).clamp(1, MAX_PROBES);
         let parts = Parts::new(progress, candidates.len() * (1 + probe_count) + 1);
         let run = |candidate: Candidate, input: &PerturbedInput| {
@@ -93,7 +107,8 @@ impl Evaluation<'_> {
         let result = |(offsets, derivative)| CandidateResult { offsets, derivatives: vec![derivative] };
         let mut results: Vec<CandidateResult> = offsets.iter().cloned().zip(of_first).map(result).collect();
         let estimator = self.estimator(candidates, &results);
-        let mut weights = mixture_weights(&estimator, candidates, &results, &probes);
+        let mixes = |a: usize, b: usize| candidates[a].mixes_with(candidates[b]);
+        let mut weights = mixture_weights(&estimator, mixes, &results, &probes);
         if probe_count > 1 {
             let survivors: Vec<usize> = all.iter().copied().filter(|&k| weights[k].1 <= PRUNE_GAP_DEG2).collect();
             let jobs = jobs(&survivors, 1..probe_count);
@@ -101,10 +116,43 @@ impl Evaluation<'_> {
                 results[*candidate].derivatives.push(derivative);
             }
             // All are evaluated again: trimming is against the mean of the same results as before.
-            weights = mixture_weights(&estimator, candidates, &results, &probes);
+            weights = mixture_weights(&estimator, mixes, &results, &probes);
         }
+        let learned_share = if is_learned_judged {
+            let mixed = mixed(&results, &weights, probes.len());
+            let results = [self.learned(&mixed, &probes, progress)?, mixed];
+            mixture_weights(&estimator, |_, _| true, &results, &probes)[0].0
+        } else {
+            1.0
+        };
         let share = |(&candidate, (share, gap))| CandidateShare { candidate, share, risk_gap: Some(gap) };
-        Ok((candidates.iter().zip(weights).map(share).collect(), offsets))
+        Ok(Mixture { shares: candidates.iter().zip(weights).map(share).collect(), offsets, learned_share })
+    }
+
+    /// What the learned filter makes of a mixture, and how that changes with each probe.
+    fn learned(
+        &self,
+        mixed: &CandidateResult,
+        probes: &[Vec<DVec3>],
+        progress: &dyn Progress,
+    ) -> Result<CandidateResult, Cancelled> {
+        let Problem { connectivity, noise, .. } = self.problem;
+        let run = |input: &[DVec3], offsets: &[DVec3]| -> Result<Vec<DVec3>, Cancelled> {
+            let fixed = noise.relative.iter().map(|sigma| *sigma == 0.0).collect();
+            let deltas: Vec<DVec3> = offsets.iter().map(|offset| -*offset).collect();
+            let found = learned::fused(input, &connectivity.mesh, fixed, &deltas, progress)?;
+            Ok(found.map_or_else(|| offsets.to_vec(), |found| found.deltas.iter().map(|delta| -*delta).collect()))
+        };
+        let still = run(self.input, &mixed.offsets)?;
+        let derivative = |(probe, of_mixed): (&Vec<DVec3>, &Vec<DVec3>)| -> Result<Vec<DVec3>, Cancelled> {
+            let count = probe.len();
+            let input: Vec<DVec3> = (0..count).map(|v| self.input[v] + PROBE_SIZE * probe[v]).collect();
+            let offsets = |v: usize| mixed.offsets[v] + PROBE_SIZE * (of_mixed[v] - probe[v]);
+            let moved = run(&input, &(0..count).map(offsets).collect::<Vec<_>>())?;
+            Ok((0..count).map(|v| probe[v] + (moved[v] - still[v]) / PROBE_SIZE).collect())
+        };
+        let derivatives = probes.par_iter().zip(&mixed.derivatives).map(derivative);
+        Ok(CandidateResult { derivatives: derivatives.collect::<Result<_, _>>()?, offsets: still })
     }
 
     /// Probes: samples of the noise along the normals of the result with these offsets (#V×3, model units). #V×3 each, model
@@ -149,17 +197,31 @@ impl Evaluation<'_> {
 /// Largest gradient of a normal, 1/local edge: steeper ones are those of slivers, which say nothing about the whole.
 const MAX_GRADIENT: f64 = 3.0;
 
+/// The mixture of results with these shares, as one result for so many probes.
+fn mixed(results: &[CandidateResult], weights: &[(f64, f64)], probes: usize) -> CandidateResult {
+    let sum = |of: &dyn Fn(&CandidateResult) -> &Vec<DVec3>| {
+        let mut sum = vec![DVec3::ZERO; results.first().map_or(0, |result| result.offsets.len())];
+        for (result, (share, _)) in results.iter().zip(weights) {
+            sum.iter_mut().zip(of(result)).for_each(|(sum, x)| *sum += *share * *x);
+        }
+        sum
+    };
+    // What was pruned has a share of nearly nothing, and one derivative.
+    let derivative = |k: usize| sum(&|result| &result.derivatives[k % result.derivatives.len()]);
+    CandidateResult { offsets: sum(&|result| &result.offsets), derivatives: (0..probes).map(derivative).collect() }
+}
+
 /// All pairs of a candidate and a probe.
 fn jobs(candidates: &[usize], probes: std::ops::Range<usize>) -> Vec<(usize, usize)> {
     candidates.iter().flat_map(|&c| probes.clone().map(move |k| (c, k))).collect()
 }
 
-/// Share of each candidate in the mixture, and by how much the risk of the best of its pairs exceeds that of the best of all
-/// pairs, square degrees. Every pair of candidates that may be mixed, half of each, has a weight that falls exponentially
+/// Share of each result in the mixture, and by how much the risk of the best of its pairs exceeds that of the best of all
+/// pairs, square degrees. Every pair of results that may be mixed, half of each, has a weight that falls exponentially
 /// with its risk.
 fn mixture_weights(
     estimator: &SureEstimator,
-    candidates: &[Candidate],
+    may_mix: impl Fn(usize, usize) -> bool,
     results: &[CandidateResult],
     probes: &[Vec<DVec3>],
 ) -> Vec<(f64, f64)> {
@@ -169,7 +231,7 @@ fn mixture_weights(
     let mean = |f: usize| all_risks.iter().map(|risks| risks[f]).sum::<f64>() / all_risks.len() as f64;
     let reference: Vec<f64> = (0..estimator.connectivity.mesh.face_count()).map(mean).collect();
     let all_pairs = (0..responses.len()).flat_map(|a| (a..responses.len()).map(move |b| [a, b]));
-    let pairs: Vec<[usize; 2]> = all_pairs.filter(|[a, b]| candidates[*a].mixes_with(candidates[*b])).collect();
+    let pairs: Vec<[usize; 2]> = all_pairs.filter(|[a, b]| may_mix(*a, *b)).collect();
     let risk = |[a, b]: &[usize; 2]| estimator.risk_difference([&responses[*a], &responses[*b]], &reference);
     let risks: Vec<f64> = pairs.par_iter().map(risk).collect();
     let lowest = risks.iter().copied().fold(f64::INFINITY, f64::min);

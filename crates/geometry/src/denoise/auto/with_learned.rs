@@ -22,7 +22,7 @@ impl Prepared<'_> {
         let Self { connectivity, noise, .. } = self;
         let surface = self.surface.at(self.data.clone());
         let fixed = noise.relative.iter().map(|sigma| *sigma == 0.0).collect();
-        let fused = learned::fused(&surface, &connectivity.mesh, fixed, &mixture.deltas, progress)?;
+        let fused = learned::fused(surface.positions(), &connectivity.mesh, fixed, &mixture.deltas, progress)?;
         let Some(fused) = fused else { return Ok(None) };
         let mut offsets: Vec<DVec3> = fused.deltas.iter().map(|delta| -*delta).collect();
         let bounded = noise.bound(&mut offsets);
@@ -51,8 +51,34 @@ fn alikeness(surface: &Surface, connectivity: &Connectivity, deltas: &[DVec3]) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::denoise::tests::{displaced, white_noise};
+    use crate::denoise::Auto;
+    use crate::denoise::auto::{choose, without_learned};
+    use crate::denoise::tests::{displaced, mean_angle, white_noise};
     use crate::mesh::shapes;
+    use crate::mesh::synthetic_noise::{self, Direction, Noise};
+    use crate::progress::Silent;
+
+    #[test]
+    fn ridges_that_the_learned_filter_blunts_are_left_to_the_mixture() {
+        let ball = shapes::sphere(4);
+        // Nine ridges from pole to pole.
+        let ridged = |p: &DVec3| {
+            let turns = p.y.atan2(p.x) * 9.0 / std::f64::consts::TAU;
+            *p * (1.0 + 0.24 * (turns - turns.round()).abs() * p.x.hypot(p.y))
+        };
+        let clean = ball.at(ball.positions().iter().map(ridged).collect());
+        let noisy =
+            synthetic_noise::noisy(&clean, &Noise { sigma: 0.2, direction: Direction::Normal, share: 1.0, seed: 3 });
+        let left = |deltas: &[DVec3]| mean_angle(&clean, &noisy.at(noisy.moved_by(deltas)));
+        let settings = Auto::default();
+        let (deltas, choice) = choose(&noisy, &settings, &Silent).unwrap();
+        let (mixture, _) = without_learned(&noisy, &settings, &Silent).unwrap();
+        let prepared = Prepared::of(&noisy, &settings, &Silent).unwrap();
+        let found = prepared.mixed(false, &Silent).unwrap().0;
+        let learned = prepared.with_learned(&found, &Silent).unwrap().unwrap();
+        assert!(left(&learned.deltas) > 1.15 * left(&mixture), "{} {} {choice}", left(&learned.deltas), left(&mixture));
+        assert!(left(&deltas) < 1.03 * left(&mixture), "{} {} {choice}", left(&deltas), left(&mixture));
+    }
 
     #[test]
     fn white_displacements_are_not_alike_and_a_taken_off_shape_is() {
