@@ -3,6 +3,25 @@
 //!
 //! Weights and direction say what the displacements are; the others limit those. If limits conflict, fixed vertices come first, then the largest displacement, then the volume. The input satisfies every
 //! limit, so the volume can be restored by the vertices that have not reached theirs.
+//!
+//! ```
+//! use planish_geometry::denoise::{Denoiser, Denoising, limits::Limits};
+//! use planish_geometry::mesh::{shapes, weld::{Weld, Welding}};
+//! use planish_geometry::progress::Silent;
+//!
+//! // No vertex may go farther than a hundredth of an edge, and the first two stay.
+//! let surface = shapes::dented_sphere(2);
+//! let limits = Limits { fixed: "1-2".parse()?, max_displacement: Some(0.01), ..Limits::default() };
+//! let denoising = Denoising { denoiser: Denoiser::named("laplacian").unwrap(), limits };
+//! let weld = Weld::new(surface.positions(), Welding::None);
+//! let deltas = denoising.run(&surface, &weld, denoising.output(), &Silent)?.deltas;
+//!
+//! let lengths: Vec<f64> = deltas.iter().map(|delta| delta.length() / surface.mean_edge()).collect();
+//! assert_eq!(lengths[..2], [0.0; 2]);
+//! let longest = lengths.iter().copied().fold(0.0, f64::max);
+//! assert!((longest - 0.01).abs() < 1e-9);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod direction;
 mod mask;

@@ -2,6 +2,29 @@
 //!
 //! File names are relative to the folder of the manifest. Lengths are in model units. Unknown fields are ignored when a
 //! manifest is read, so that later versions may add some.
+//!
+//! ```
+//! use planish_geometry::bake::{self, BakeSettings, BundleNames, SideFiles};
+//! use planish_geometry::denoise::Denoiser;
+//! use planish_geometry::map::manifest::Manifest;
+//! use planish_geometry::mesh::weld::Welding;
+//! use planish_geometry::progress::Silent;
+//! use planish_geometry::source::{model::Model, obj::Obj};
+//!
+//! let text = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 1 1 1\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
+//! let model = Model::new(Obj::parse(text.into())?, Welding::Exact);
+//! let names = BundleNames { source: "tent.obj".into(), stem: "tent".into(), carrier: "tent".into() };
+//! let settings = BakeSettings { target: Denoiser::named("laplacian").unwrap().into(), ..BakeSettings::default() };
+//! let manifest = bake::bake(&model, &names, SideFiles::NONE, &settings, &Silent)?.manifest;
+//!
+//! let json = manifest.to_json();
+//! assert_eq!(Manifest::from_json(json.as_bytes())?, manifest);
+//! // A file that names something impossible is refused, with the field.
+//! let far = json.replace("\"lambda\": 1.0", "\"lambda\": 1e9");
+//! let error = Manifest::from_json(far.as_bytes()).unwrap_err();
+//! assert!(error.to_string().starts_with("field `displacement.lambda`: "), "{error}");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use crate::denoise::{NormalField, auto};
 use crate::mesh::jagged::Index;
