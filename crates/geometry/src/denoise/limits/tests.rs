@@ -24,6 +24,13 @@ fn limits_that_do_not_fit_are_refused() {
 }
 
 #[test]
+fn no_displacement_is_a_limit_too() {
+    let (_, deltas, outcome) = limited(Limits { max_displacement: Some(0.0), ..Limits::default() });
+    assert!(deltas.iter().all(|delta| *delta == DVec3::ZERO));
+    assert_eq!((outcome.fixed_vertices, outcome.stopped_vertices), (0, deltas.len()));
+}
+
+#[test]
 fn an_open_surface_has_a_volume_as_long_as_its_boundary_stays() {
     let grid = shapes::grid(2);
     let keep = |fixed: &str| Limits { fixed: fixed.parse().unwrap(), volume: Volume::Preserve, ..Limits::default() };
@@ -118,6 +125,9 @@ fn vertices_go_as_far_as_their_weight_says() {
     }
     let count = |picked: &dyn Fn(f32) -> bool| weights.iter().filter(|weight| picked(**weight)).count();
     assert_eq!((outcome.fixed_vertices, outcome.weighted_vertices), (count(&|w| w == 0.0), count(&|w| w < 1.0)));
+    // The manifest names the vertices that were held back.
+    let json = serde_json::to_value(outcome).unwrap();
+    assert_eq!(json["weighted_vertices"], outcome.weighted_vertices);
 }
 
 #[test]
