@@ -16,7 +16,7 @@ fn public_modules(file: PathBuf, modules: &mut Vec<PathBuf>) {
     let source = fs::read_to_string(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
     let folder = if file.ends_with("lib.rs") { file.parent().unwrap().to_owned() } else { file.with_extension("") };
     let names = source.lines().filter_map(|line| line.strip_prefix("pub mod ")?.strip_suffix(';'));
-    modules.push(file.clone());
+    modules.push(file);
     names.for_each(|name| public_modules(folder.join(format!("{name}.rs")), modules));
 }
 
