@@ -7,6 +7,8 @@ mod documents;
 #[cfg(test)]
 mod equivalent;
 #[cfg(test)]
+mod examples;
+#[cfg(test)]
 mod external_meshes;
 #[cfg(test)]
 mod floors;

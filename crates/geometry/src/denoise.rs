@@ -1,4 +1,19 @@
 //! Every method answers one question: how far is each vertex off?
+//!
+//! ```
+//! use planish_geometry::denoise::Denoiser;
+//! use planish_geometry::mesh::{shapes, synthetic_noise::{self, Direction, Noise}};
+//! use planish_geometry::progress::Silent;
+//!
+//! let clean = shapes::gridded_box(8);
+//! let noisy = synthetic_noise::noisy(&clean, &Noise { sigma: 0.2, direction: Direction::Normal, share: 1.0, seed: 1 });
+//! let method = Denoiser::named("bilateral-normals").unwrap();
+//! let denoised = method.denoised(&noisy, &Silent)?;
+//!
+//! let error = |positions: &[glam::DVec3]| positions.iter().zip(clean.positions()).map(|(a, b)| a.distance(*b)).sum::<f64>();
+//! assert!(error(&denoised) < 0.7 * error(noisy.positions()));
+//! # Ok::<(), planish_geometry::progress::Cancelled>(())
+//! ```
 
 pub mod auto;
 mod bilaplacian;

@@ -3,6 +3,28 @@
 //!
 //! Texel space has its origin at the top left corner of the image, x to the right and y down; the centre of texel
 //! (i, j) is at (i + ½, j + ½). [`Size::texel_from_uv`] is the only function that flips v.
+//!
+//! ```
+//! use glam::DVec2;
+//! use planish_geometry::map::{self, Coverage, Exactness, Interpolation, Size, TextureLayout};
+//! use planish_geometry::mesh::{atlas::Atlas, shapes};
+//! use planish_geometry::progress::Silent;
+//!
+//! // A sheet in the plane z = 0 whose texture coordinates are its positions, and a height for each of its 25 vertices.
+//! let sheet = shapes::grid(4);
+//! let uvs: Vec<DVec2> = sheet.positions().iter().map(|p| p.truncate()).collect();
+//! let atlas = Atlas::new(&sheet, &uvs, sheet.topology().faces().items().iter().map(|&v| Some(v)))?;
+//! let heights: Vec<f64> = (0..25).map(|i| f64::from(i * 7 % 5)).collect();
+//!
+//! let coverage = Coverage::new(&sheet, &atlas, Size::square(16), &Silent)?;
+//! let layout = TextureLayout { surface: &sheet, atlas: &atlas, coverage: &coverage };
+//! let mut height_map = map::interpolate_heights(layout, &heights, Interpolation::Barycentric, &Silent)?;
+//! assert_eq!(height_map.texels.len(), 256);
+//! let exactness = Exactness { quantum: 1.0 / 65535.0, tolerance: 1.0 };
+//! let unmet = map::fit(&mut height_map, &atlas, &heights, exactness, &Silent)?;
+//! assert_eq!((unmet.dominant, unmet.secondary), (0, 0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod displace;
 pub mod displacement;

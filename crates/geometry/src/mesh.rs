@@ -2,6 +2,19 @@
 //!
 //! Faces and corners have one order in all of these. A corner names a vertex in [`topology::Topology`], which is closed across
 //! seams, and a uv vertex in [`atlas::Atlas`], where charts are cut.
+//!
+//! ```
+//! use glam::DVec3;
+//! use planish_geometry::mesh::{surface::Surface, topology::Topology, weld::{Weld, Welding}};
+//!
+//! // Two triangles with three vertices each become a square with four.
+//! let positions = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Y, DVec3::X, DVec3::new(1.0, 1.0, 0.0)];
+//! let weld = Weld::new(&positions, Welding::Exact);
+//! let faces = [[0, 1, 2], [3, 4, 5]].map(|face| face.map(|i| weld.vertex_of()[i]).to_vec());
+//! let topology = Topology::new(weld.first().len(), faces.into_iter().collect());
+//! let square = Surface::new(topology, weld.first().iter().map(|&i| positions[i as usize]).collect());
+//! assert_eq!((square.positions().len(), square.topology().edges().len(), square.area()), (4, 5, 1.0));
+//! ```
 
 pub mod atlas;
 pub mod csr;

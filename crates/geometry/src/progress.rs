@@ -1,4 +1,27 @@
 //! Progress of long work, and its cancellation by the caller.
+//!
+//! ```
+//! use planish_geometry::denoise::Denoiser;
+//! use planish_geometry::mesh::shapes;
+//! use planish_geometry::progress::{Cancelled, Progress};
+//! use std::sync::atomic::{AtomicUsize, Ordering};
+//!
+//! /// Counts the reports and stops the work at the third.
+//! #[derive(Default)]
+//! struct Third(AtomicUsize);
+//!
+//! impl Progress for Third {
+//!     fn done(&self, _fraction: f64) {
+//!         self.0.fetch_add(1, Ordering::Relaxed);
+//!     }
+//!     fn cancelled(&self) -> bool {
+//!         self.0.load(Ordering::Relaxed) >= 3
+//!     }
+//! }
+//!
+//! let result = Denoiser::named("sun").unwrap().deltas(&shapes::dented_sphere(3), &Third::default());
+//! assert_eq!(result, Err(Cancelled));
+//! ```
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 

@@ -2,6 +2,20 @@
 //!
 //! Code that reads a mesh reads [`MeshData`], which knows no format. Only code that writes the user's file again asks for
 //! its format. A format is a type with [`MeshFile`], a variant of [`Source`] and a line in [`Source::parse`].
+//!
+//! ```
+//! use glam::DVec3;
+//! use planish_geometry::source::{Source, SourceError, format::Format};
+//!
+//! let source = Source::parse(b"OFF\n3 1 0\n0 0 0\n1 0 0 # east\n0 1 0\n3 0 1 2\n".to_vec(), None)?;
+//! let raised: Vec<DVec3> = source.data().positions().iter().map(|p| *p + DVec3::Z).collect();
+//! // In its own format the file keeps all else, in another one its numbers.
+//! let same = source.written_as(Format::Off, &raised, None);
+//! assert_eq!(same.bytes, b"OFF\n3 1 0\n0 0 1.0\n1 0 1.0 # east\n0 1 1.0\n3 0 1 2\n");
+//! let other = Source::parse(source.written_as(Format::Ply, &raised, None).bytes, None)?;
+//! assert_eq!((other.format(), other.data().positions()), (Format::Ply, &raised[..]));
+//! # Ok::<(), SourceError>(())
+//! ```
 
 mod arrays;
 pub(crate) mod colours;

@@ -4,6 +4,27 @@
 //! No ratified extension displaces vertices, so the file holds the map as data, and `extras.planish` of each material
 //! describes it. A client that reads these extras displaces at `TEXCOORD_1`; other clients morph.
 //! <https://registry.khronos.org/glTF/specs/2.0>
+//!
+//! ```
+//! use planish_geometry::bake::{self, BakeSettings, BundleNames, SideFiles, gltf};
+//! use planish_geometry::denoise::Denoiser;
+//! use planish_geometry::mesh::weld::Welding;
+//! use planish_geometry::progress::Silent;
+//! use planish_geometry::source::{model::Model, obj::Obj};
+//!
+//! let text = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 1 1 1\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
+//! let model = Model::new(Obj::parse(text.into())?, Welding::Exact);
+//! let names = BundleNames { source: "tent.obj".into(), stem: "tent".into(), carrier: "tent".into() };
+//! let settings = BakeSettings { target: Denoiser::named("laplacian").unwrap().into(), ..BakeSettings::default() };
+//! let bundle = bake::bake(&model, &names, SideFiles::NONE, &settings, &Silent)?;
+//!
+//! let carrier = bundle.files.iter().find(|file| file.name == "tent.glb").expect("a carrier");
+//! // The JSON stands behind 20 bytes of headers, the last eight of which are its length and its type.
+//! let length = u32::from_le_bytes(carrier.bytes[12..16].try_into()?) as usize;
+//! let document: serde_json::Value = serde_json::from_slice(&carrier.bytes[20..20 + length])?;
+//! assert_eq!(document["meshes"][0]["extras"]["targetNames"][0], gltf::TARGET);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod glb;
 mod kept;

@@ -6,6 +6,23 @@
 //! xatlas checks itself with C++ assertions, and a failed one ends the program. This repository switches them off in
 //! `.cargo/config.toml` (`CXXFLAGS=-DNDEBUG`). Cargo reads that file inside the repository only: set the same variable
 //! wherever else this feature is built.
+//!
+//! ```
+//! use planish_geometry::bake::unwrap::Charts;
+//! use planish_geometry::mesh::weld::Welding;
+//! use planish_geometry::progress::Silent;
+//! use planish_geometry::source::{model::Model, obj::Obj};
+//!
+//! // A square of two triangles without texture coordinates gets some within the texture, one for each corner.
+//! let model = Model::new(Obj::parse(b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n".to_vec())?, Welding::Exact);
+//! let charts = Charts::cut(&model, model.surface().positions(), &Silent)?;
+//! let unwrapped = charts.pack(64, &Silent)?.expect("room for two triangles");
+//! assert_eq!(unwrapped.corners.len(), 6);
+//! let corners: Vec<_> = unwrapped.corners.iter().map(|&corner| unwrapped.uvs[corner as usize]).collect();
+//! assert!(corners.iter().all(|uv| (0.0..=1.0).contains(&uv.x) && (0.0..=1.0).contains(&uv.y)));
+//! assert!((corners[1] - corners[0]).perp_dot(corners[2] - corners[0]).abs() > 0.1);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod corners;
 mod xatlas;

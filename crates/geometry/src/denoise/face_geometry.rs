@@ -78,3 +78,30 @@ pub(super) fn filter_normals(
         *out = sum.try_normalize().unwrap_or(normals[f]);
     });
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::surface::Surface;
+    use crate::mesh::topology::Topology;
+
+    /// Mean distance between the centroids of triangles with these corners, three for each.
+    fn distance(corners: &[DVec3], triangles: &[[Index; 3]]) -> f64 {
+        let faces = triangles.iter().map(|t| t.to_vec()).collect();
+        let surface = Surface::new(Topology::new(corners.len(), faces), corners.to_vec());
+        let mesh = TriangleMesh::of(&surface);
+        FaceGeometry::of(&mesh, surface.positions()).mean_centroid_distance(&mesh)
+    }
+
+    #[test]
+    fn a_mesh_without_neighbours_or_without_area_has_a_length_all_the_same() {
+        let square = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::Y];
+        // The centroids are at (2/3, 1/3) and (1/3, 2/3).
+        assert!((distance(&square, &[[0, 1, 2], [0, 2, 3]]) - 2f64.sqrt() / 3.0).abs() < 1e-12);
+        // One triangle has no neighbour: the root of its area.
+        assert_eq!(distance(&square, &[[0, 1, 2]]), 0.5f64.sqrt());
+        // Neighbours at one place: the root of the mean area, if there is any.
+        assert_eq!(distance(&[DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Y], &[[0, 1, 2], [1, 0, 3]]), 0.5f64.sqrt());
+        assert_eq!(distance(&[DVec3::ONE; 4], &[[0, 1, 2], [0, 2, 3]]), 1.0);
+    }
+}

@@ -1,4 +1,18 @@
 //! Displacement of vertices by a map, p' = p − λ · height · n, in single precision: the twin in Rust of the vertex shader.
+//!
+//! ```
+//! use glam::Vec3;
+//! use planish_geometry::map::displace::ShaderVertex;
+//! use planish_geometry::map::displacement::{Displacement, Encoding, MapKind, SampleAt, TexelFormat};
+//! use planish_geometry::map::per_vertex;
+//!
+//! // A map of two texels that lower their vertices by 1 and by 3.
+//! let encoding = Encoding::covering(1.0, 3.0, TexelFormat::Png16);
+//! let map = Displacement::encode(&[per_vertex::bake(&[1.0, 3.0], &[0, 1])], MapKind::Scalar, encoding);
+//! let vertex = ShaderVertex { normal: Vec3::Z, sample_at: Some(SampleAt::Texel(1)), ..ShaderVertex::default() };
+//! assert_eq!(vertex.displaced(&map, 0.0), Vec3::ZERO);
+//! assert_eq!(vertex.displaced(&map, 0.5), Vec3::new(0.0, 0.0, -1.5));
+//! ```
 
 use crate::denoise::NormalField;
 use crate::map::displacement::{Displacement, MapKind, SampleAt, Weights};

@@ -1,4 +1,17 @@
 //! Encoding of displacement maps in image files and back: height = bias + scale · texel, texel in 0..=1.
+//!
+//! ```
+//! use planish_geometry::map::displacement::{Displacement, Encoding, MapKind, SampleAt, TexelFormat, Weights};
+//! use planish_geometry::map::{HeightMap, Size};
+//!
+//! let heights = HeightMap { size: Size::square(2), texels: vec![-1.0, 0.25, 2.0, 3.0] };
+//! let encoding = Encoding::covering(-1.0, 3.0, TexelFormat::Png16);
+//! let bytes = Displacement::encode(&[heights], MapKind::Scalar, encoding).to_bytes()?;
+//! let read = Displacement::decode(&bytes, MapKind::Scalar, Size::square(2), encoding)?;
+//! let height = f64::from(read.height_at(SampleAt::Texel(1), Weights::Exact));
+//! assert!((height - 0.25).abs() <= 0.51 * encoding.quantum());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod file;
 

@@ -6,6 +6,23 @@
 //! within bounds. Conjugate gradients on the normal equations, started at T₀, give just that (CGLS: Paige & Saunders. LSQR.
 //! 1982); texels that leave the bounds are set to them and the others are solved again. Samples that share no texel are
 //! independent, so each connected group is solved by itself.
+//!
+//! ```
+//! use glam::Vec2;
+//! use planish_geometry::map::fit::{self, Rank, Sample, UnmetSamples};
+//! use planish_geometry::map::{Exactness, Size};
+//! use planish_geometry::progress::{Cancelled, Silent};
+//!
+//! // Half-way between the centres of two texels the map shall give 3, and it gives 0.
+//! let mut texels = [0.0, 0.0, 4.0, 4.0];
+//! let samples = [(0.5, 0.75, 3.0), (0.25, 0.25, 4.0)];
+//! let samples = samples.map(|(u, v, height)| Sample { uv: Vec2::new(u, v), height, rank: Rank::Dominant, on_seam: false });
+//! let exactness = Exactness { quantum: 1e-6, tolerance: 1.0 };
+//! let unmet = fit::fit(&mut texels, Size::square(2), &samples, exactness, &Silent)?;
+//! assert_eq!(unmet, UnmetSamples::default());
+//! assert!(((texels[0] + texels[1]) / 2.0 - 3.0).abs() < 1e-5, "{texels:?}");
+//! # Ok::<(), Cancelled>(())
+//! ```
 
 use super::Exactness;
 use super::sampling::{Footprint, Size};

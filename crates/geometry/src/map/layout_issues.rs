@@ -1,4 +1,20 @@
 //! Issues of a texture layout that make it hard to bake a map.
+//!
+//! ```
+//! use glam::DVec2;
+//! use planish_geometry::map::{Coverage, Size, layout_issues::LayoutIssues, map_size::Spacing};
+//! use planish_geometry::mesh::{atlas::Atlas, shapes};
+//! use planish_geometry::progress::Silent;
+//!
+//! // The last vertex of a square lies outside of the texture.
+//! let square = shapes::grid(1);
+//! let uvs = [[0.0, 0.0], [0.9, 0.0], [0.0, 0.9], [1.5, 0.9]].map(DVec2::from_array);
+//! let atlas = Atlas::new(&square, &uvs, square.topology().faces().items().iter().map(|&v| Some(v)))?;
+//! let coverage = Coverage::new(&square, &atlas, Size::square(64), &Silent)?;
+//! let issues = LayoutIssues::of(&square, &atlas, &Spacing::new(&atlas), &coverage);
+//! assert_eq!(issues.problems(), ["1 vertex is outside [0, 1], where the texture repeats: a map is clamped at its border"]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use super::Coverage;
 use super::map_size::Spacing;

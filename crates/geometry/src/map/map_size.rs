@@ -1,4 +1,18 @@
 //! Choice of the size of a map: how fine it must be for a layout, and whether the layout is too crowded for any size.
+//!
+//! ```
+//! use glam::DVec2;
+//! use planish_geometry::map::map_size::{self, MapSizeReason, Spacing};
+//! use planish_geometry::mesh::{atlas::{Atlas, AtlasError}, shapes};
+//!
+//! // Vertices are a hundredth of the texture apart, so 128 texels are too few for two texels between them, and 256 are enough.
+//! let sheet = shapes::grid(100);
+//! let uvs: Vec<DVec2> = sheet.positions().iter().map(|p| p.truncate()).collect();
+//! let atlas = Atlas::new(&sheet, &uvs, sheet.topology().faces().items().iter().map(|&v| Some(v)))?;
+//! let choice = Spacing::new(&atlas).choose(&map_size::sides(map_size::LARGEST_SIDE));
+//! assert_eq!((choice.side, choice.reason), (256, MapSizeReason::Spaced));
+//! # Ok::<(), AtlasError>(())
+//! ```
 
 use super::fit::UnmetSamples;
 use super::{Exactness, HeightMap, Size};

@@ -4,6 +4,28 @@
 //! those of the denoised one. Tangent frames are MikkTSpace (Mikkelsen 2008), computed from the carrier as clients do
 //! it: frames are interpolated without normalising, the bitangent is made per pixel as sign · n × t, and the map is the
 //! exact inverse of that.
+//!
+//! ```
+//! use glam::{DVec2, DVec3, Vec3};
+//! use planish_geometry::map::normal_map::{self, Convention, SharedTexels, TangentFrames};
+//! use planish_geometry::map::{Coverage, Size, TextureLayout, tangents};
+//! use planish_geometry::mesh::{atlas::Atlas, shapes};
+//! use planish_geometry::progress::Silent;
+//!
+//! // A flat square, which denoising has tilted: it rises by 3 where u grows by 4.
+//! let square = shapes::grid(1);
+//! let uvs: Vec<DVec2> = square.positions().iter().map(|p| p.truncate()).collect();
+//! let atlas = Atlas::new(&square, &uvs, square.topology().faces().items().iter().map(|&v| Some(v)))?;
+//! let coverage = Coverage::new(&square, &atlas, Size::square(8), &Silent)?;
+//! let layout = TextureLayout { surface: &square, atlas: &atlas, coverage: &coverage };
+//! let normals = [Vec3::Z; 4];
+//! let frames = TangentFrames { normals: &normals, tangents: &tangents::tangents(&square, &atlas, &normals) };
+//! let tilted: Vec<DVec3> = square.positions().iter().map(|p| *p + DVec3::Z * 0.75 * p.x).collect();
+//! let map = normal_map::bake(layout, frames, tilted, (Convention::OpenGl, SharedTexels::First), &Silent)?;
+//! // The normal (−0.6, 0, 0.8), in 8 bits.
+//! assert!(map.texels.iter().all(|texel| *texel == [51, 128, 230]), "{:?}", map.texels[0]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use super::tangents::Tangent;
 use super::{TextureLayout, gutter, per_texel};

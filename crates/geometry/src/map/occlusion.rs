@@ -3,6 +3,20 @@
 //! S. Zhukov, A. Iones, G. Kronin. An ambient light illumination model. EGWR 1998. The fraction of the hemisphere about the normal
 //! from which nothing blocks the light, weighted with the cosine to the normal, by rays along an Owen-scrambled Sobol sequence
 //! (B. Burley. Practical hash-based Owen scrambling. JCGT 2020), whose seed is the number of the texel or vertex.
+//!
+//! ```
+//! use planish_geometry::map::occlusion::{self, Occlusion};
+//! use planish_geometry::mesh::{orientation, shapes, surface::Surface};
+//! use planish_geometry::progress::{Cancelled, Silent};
+//!
+//! // Nothing is in the way of the light outside a cube. Inside no light gets in.
+//! let cube = shapes::cube();
+//! assert_eq!(occlusion::at_vertices(&cube, Occlusion::default(), &Silent)?, [1.0; 8]);
+//! let inside_out = orientation::with_turned(cube.topology(), &[true; 6]);
+//! let room = Surface::new(inside_out, cube.positions().to_vec());
+//! assert!(occlusion::at_vertices(&room, Occlusion::default(), &Silent)?.iter().all(|open| *open < 0.01));
+//! # Ok::<(), Cancelled>(())
+//! ```
 
 use super::{TextureLayout, gutter, per_texel};
 use crate::mesh::jagged::{Index, Ragged};

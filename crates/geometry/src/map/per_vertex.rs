@@ -3,6 +3,17 @@
 //! Texel (i mod W, i div W) belongs to the i-th source vertex, with row 0 on top. W is a power of two, so that the centres
 //! of texels are exact in single precision, and there bilinear sampling returns just that texel, whatever the precision
 //! of its weights.
+//!
+//! ```
+//! use glam::Vec2;
+//! use planish_geometry::map::{Size, per_vertex};
+//!
+//! // Five source vertices, of which the last two were welded to the first.
+//! let map = per_vertex::bake(&[0.5, 1.0, 2.0], &[0, 1, 2, 0, 0]);
+//! assert_eq!((map.size, &map.texels[..5]), (Size::square(4), &[0.5, 1.0, 2.0, 0.5, 0.5][..]));
+//! // The fifth one has the first texel of the second row.
+//! assert_eq!(per_vertex::uv(4, map.size), Vec2::new(0.125, 0.625));
+//! ```
 
 use super::{HeightMap, Size};
 use crate::mesh::jagged::Index;

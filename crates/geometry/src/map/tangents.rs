@@ -3,6 +3,21 @@
 //! The frame of a corner is a sum over the triangles around its vertex, in their order. A block of triangles together with all
 //! its vertex neighbours therefore gives the same bits as the whole mesh. (The exception is a triangle without area in the
 //! texture: it takes the orientation of its first neighbour, which may be another one in a block.)
+//!
+//! ```
+//! use glam::{DVec2, Vec3};
+//! use planish_geometry::map::tangents;
+//! use planish_geometry::mesh::{atlas::{Atlas, AtlasError}, shapes};
+//!
+//! // A square in the plane z = 0, which is mirrored in the texture: u grows where x falls.
+//! let square = shapes::grid(1);
+//! let uvs: Vec<DVec2> = square.positions().iter().map(|p| DVec2::new(1.0 - p.x, p.y)).collect();
+//! let atlas = Atlas::new(&square, &uvs, square.topology().faces().items().iter().map(|&v| Some(v)))?;
+//! let frame = tangents::tangents(&square, &atlas, &[Vec3::Z; 4])[0][0];
+//! assert_eq!((frame.tangent, frame.sign), (Vec3::NEG_X, -1.0));
+//! assert_eq!(frame.frame(Vec3::Z), [Vec3::NEG_X, Vec3::Y, Vec3::Z]);
+//! # Ok::<(), AtlasError>(())
+//! ```
 
 use crate::mesh::atlas::Atlas;
 use crate::mesh::jagged::{Index, Ragged};

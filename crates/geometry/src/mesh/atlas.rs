@@ -1,4 +1,18 @@
 //! The UV layout of a surface: its faces laid out in texture space.
+//!
+//! ```
+//! use glam::DVec2;
+//! use planish_geometry::mesh::{atlas::{Atlas, AtlasError}, shapes};
+//!
+//! // A square of two triangles, each of which names three uv vertices of its own.
+//! let square = shapes::grid(1);
+//! let uvs = [[0.0, 0.0], [0.4, 0.0], [0.4, 0.4], [0.5, 0.5], [0.9, 0.9], [0.5, 0.9]].map(DVec2::from_array);
+//! let atlas = Atlas::new(&square, &uvs, (0..6).map(Some))?;
+//! let found = atlas.charts(&square);
+//! assert_eq!((found.charts, found.seam_edges, found.seam_vertices), (2, 1, 2));
+//! assert_eq!(atlas.wedges().get(0), [0, 3]);
+//! # Ok::<(), AtlasError>(())
+//! ```
 
 use crate::mesh::jagged::{Index, Ragged};
 use crate::mesh::surface::Surface;

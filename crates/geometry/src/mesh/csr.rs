@@ -1,4 +1,12 @@
 //! Sparse matrices in compressed row storage (CSR).
+//!
+//! ```
+//! use planish_geometry::mesh::csr::Csr;
+//!
+//! let matrix = Csr::from_triplets(2, [(0, 1, 2.0), (1, 0, 3.0), (0, 1, 1.0)].into_iter());
+//! assert_eq!(matrix.row(0), [(1, 3.0)]);
+//! assert_eq!(matrix.times(&[5.0, 10.0]), [30.0, 15.0]);
+//! ```
 
 use crate::mesh::jagged::{Index, Ragged};
 use rayon::prelude::*;

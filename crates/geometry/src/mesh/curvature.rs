@@ -1,6 +1,17 @@
 //! Mean curvature of a surface from the angles at its edges.
 //!
 //! David Cohen-Steiner, Jean-Marie Morvan. Restricted Delaunay triangulations and normal cycle. SCG 2003, section 4.
+//!
+//! ```
+//! use planish_geometry::mesh::{curvature, laplacian, shapes};
+//!
+//! // The integral of the mean curvature over a sphere of radius r is 4πr.
+//! let sphere = shapes::sphere(3);
+//! let larger = sphere.at(sphere.positions().iter().map(|p| *p * 2.0).collect());
+//! let parts = curvature::mean_curvature(&larger).into_iter().zip(laplacian::mass(&larger));
+//! let integral: f64 = parts.map(|(curvature, area)| curvature * area).sum();
+//! assert!((integral / (8.0 * std::f64::consts::PI) - 1.0).abs() < 0.01);
+//! ```
 
 use crate::mesh::jagged::Index;
 use crate::mesh::normals::face_normals;

@@ -1,4 +1,14 @@
 //! Lists of varying length in one allocation, in compressed row storage (CSR).
+//!
+//! ```
+//! use planish_geometry::mesh::jagged::Ragged;
+//!
+//! let faces: Ragged<u32> = [vec![0, 1, 2], vec![2, 1, 3, 4]].into_iter().collect();
+//! assert_eq!((faces.len(), faces.get(1), faces.range(1)), (2, &[2, 1, 3, 4][..], 3..7));
+//! // Which faces each vertex has.
+//! let pairs = (0..).zip(faces.iter()).flat_map(|(f, face)| face.iter().map(move |&v| (v, f)));
+//! assert_eq!(Ragged::<u32>::group(5, pairs).get(1), [0, 1]);
+//! ```
 
 /// Index of a vertex, face, corner, edge or uv vertex.
 pub type Index = u32;

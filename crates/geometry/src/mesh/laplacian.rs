@@ -1,4 +1,15 @@
 //! Discrete Laplace operators, negative semi-definite: (L x)ᵢ points from xᵢ towards its neighbours.
+//!
+//! ```
+//! use planish_geometry::mesh::{laplacian, shapes};
+//!
+//! // The energy −Σ ⟨pᵢ, (L p)ᵢ⟩ of the positions p of a surface is twice its area, and its masses are the area.
+//! let sphere = shapes::dented_sphere(2);
+//! let pulls = laplacian::cotangent(&sphere).times(sphere.positions());
+//! let energy: f64 = pulls.iter().zip(sphere.positions()).map(|(pull, p)| -pull.dot(*p)).sum();
+//! assert!((energy / (2.0 * sphere.area()) - 1.0).abs() < 1e-12);
+//! assert!((laplacian::mass(&sphere).iter().sum::<f64>() / sphere.area() - 1.0).abs() < 1e-12);
+//! ```
 
 use crate::mesh::csr::Csr;
 use crate::mesh::jagged::Index;

@@ -1,4 +1,15 @@
 //! Face normals, vertex normals, and heights along vertex normals.
+//!
+//! ```
+//! use glam::DVec3;
+//! use planish_geometry::mesh::{normals::{self, FaceWeight}, shapes};
+//!
+//! let normals = normals::vertex_normals(&shapes::cube(), FaceWeight::Angle);
+//! assert!(normals[7].distance(DVec3::ONE.normalize()) < 1e-12);
+//! // A vertex that lies a tenth below its denoised position has the height −0.1.
+//! let heights = normals::heights(&[normals[7] * -0.1], &[normals[7].as_vec3()]);
+//! assert!((heights[0] + 0.1).abs() < 1e-7);
+//! ```
 
 use crate::mesh::jagged::Index;
 use crate::mesh::surface::Surface;

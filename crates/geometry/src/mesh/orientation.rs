@@ -1,4 +1,14 @@
 //! Consistent orientation of faces: which of them to turn around so that neighbours agree about the outside.
+//!
+//! ```
+//! use planish_geometry::mesh::{orientation, shapes};
+//!
+//! let cube = shapes::cube();
+//! let turned = vec![false, false, true, false, false, false];
+//! let mixed = orientation::with_turned(cube.topology(), &turned);
+//! assert_eq!(orientation::turned_faces(&mixed), Some(turned));
+//! assert_eq!(orientation::turned_faces(cube.topology()), None);
+//! ```
 
 use super::jagged::{Index, Ragged};
 use super::topology::{EdgeKind, Topology};

@@ -1,4 +1,16 @@
 //! Area and triangulation of one polygon in space.
+//!
+//! ```
+//! use glam::DVec3;
+//! use planish_geometry::mesh::polygon;
+//!
+//! // A dart, whose second corner points inwards: a fan at its first corner would leave it.
+//! let dart = [[-1.0, 0.0, 0.0], [0.0, 0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(DVec3::from_array);
+//! let mut triangles = Vec::new();
+//! polygon::triangulate(&dart, |triangle| triangles.push(triangle));
+//! assert!(triangles.len() == 2 && triangles.iter().all(|t| t.contains(&1) && t.contains(&3)));
+//! assert_eq!(polygon::newell(dart.into_iter()), DVec3::Z);
+//! ```
 
 use glam::{DVec2, DVec3};
 use std::cmp::Ordering;

@@ -1,4 +1,12 @@
 //! Small meshes with known properties, for tests, examples and experiments.
+//!
+//! ```
+//! use planish_geometry::mesh::shapes;
+//!
+//! assert_eq!((shapes::cube().volume(), shapes::gridded_box(2).volume()), (1.0, 6.0));
+//! assert_eq!(shapes::sphere(2).positions().len(), 10 * 4usize.pow(2) + 2);
+//! assert!(shapes::sphere(2).positions().iter().all(|p| (p.length() - 1.0).abs() < 1e-12));
+//! ```
 
 use crate::mesh::jagged::{Index, Ragged};
 use crate::mesh::surface::Surface;

@@ -1,4 +1,16 @@
 //! Polygon meshes with positions.
+//!
+//! ```
+//! use glam::DVec3;
+//! use planish_geometry::mesh::{surface::Surface, topology::Topology};
+//!
+//! // The corner of a cube with edges of length 1.
+//! let faces = [vec![0, 2, 1], vec![0, 1, 3], vec![0, 3, 2], vec![1, 2, 3]];
+//! let positions = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+//! let corner = Surface::new(Topology::new(4, faces.into_iter().collect()), positions);
+//! assert!((corner.volume() - 1.0 / 6.0).abs() < 1e-12);
+//! assert!((corner.area() - (1.5 + 0.75f64.sqrt())).abs() < 1e-12);
+//! ```
 
 use crate::mesh::jagged::{Index, Ragged};
 use crate::mesh::polygon;

@@ -20,6 +20,18 @@
 //!
 //! The files of this module have the formulas of each family. All kinds are deterministic: the same mesh, settings and seed
 //! give the same bits.
+//!
+//! ```
+//! use planish_geometry::mesh::{shapes, synthetic_noise::{self, Direction, Noise}};
+//!
+//! // Noise along the normals of a sheet in the plane z = 0, a fifth of an edge large.
+//! let sheet = shapes::grid(40);
+//! let noise = Noise { sigma: 0.2, direction: Direction::Normal, share: 1.0, seed: 1 };
+//! let moved = synthetic_noise::displacements(&sheet, &noise);
+//! let deviation = (moved.iter().map(|d| d.z * d.z).sum::<f64>() / moved.len() as f64).sqrt();
+//! assert!((deviation / sheet.mean_edge() - 0.2).abs() < 0.02);
+//! assert_eq!(moved, synthetic_noise::displacements(&sheet, &noise));
+//! ```
 
 mod camera;
 mod correlated;

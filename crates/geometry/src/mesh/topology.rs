@@ -2,6 +2,17 @@
 //!
 //! A corner is an index in the list of all face corners; it stands for its vertex and for the edge to the next corner of
 //! its face (a half-edge). Nothing is refused: non-manifold edges and vertices are listed and left to the caller.
+//!
+//! ```
+//! use planish_geometry::mesh::topology::{EdgeKind, Topology};
+//!
+//! // A square and a triangle at its edge 1–2.
+//! let topology = Topology::new(5, [vec![0, 1, 2, 3], vec![2, 1, 4]].into_iter().collect());
+//! assert_eq!(topology.rings().get(1), [0, 2, 4]);
+//! let kinds = (0..).zip(topology.edges()).map(|(e, ends)| (*ends, topology.edge_kind(e)));
+//! let inside: Vec<[u32; 2]> = kinds.filter(|(_, kind)| *kind == EdgeKind::Interior).map(|(ends, _)| ends).collect();
+//! assert_eq!(inside, [[1, 2]]);
+//! ```
 
 use crate::mesh::jagged::{Index, Ragged};
 use crate::mesh::union_find::UnionFind;

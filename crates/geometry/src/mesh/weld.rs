@@ -1,5 +1,16 @@
 //! Welding: merges source vertices at the same position. Exporters split a vertex at UV seams, and denoising must not see
 //! such a cut.
+//!
+//! ```
+//! use glam::DVec3;
+//! use planish_geometry::mesh::weld::{Weld, Welding};
+//!
+//! let positions = [DVec3::X, DVec3::Y, DVec3::X, DVec3::Y + 1e-6];
+//! assert_eq!(Weld::new(&positions, Welding::Exact).vertex_of(), [0, 1, 0, 2]);
+//! let weld = Weld::new(&positions, Welding::Epsilon(1e-5));
+//! assert_eq!(weld.vertex_of(), [0, 1, 0, 1]);
+//! assert_eq!(weld.spread(&["a", "b"]), ["a", "b", "a", "b"]);
+//! ```
 
 use crate::mesh::jagged::Index;
 use crate::mesh::union_find::UnionFind;

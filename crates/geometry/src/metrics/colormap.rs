@@ -1,4 +1,13 @@
 //! Colour maps, which show numbers as colours.
+//!
+//! ```
+//! use planish_geometry::metrics::colormap::Colormap;
+//!
+//! // From blue over grey to red.
+//! let [low, middle, high] = [0.0, 0.5, 1.0].map(|t| Colormap::Diverging.bytes(t));
+//! assert!(low[2] > 2 * low[0] && high[0] > 2 * high[2]);
+//! assert!(middle.iter().all(|channel| channel.abs_diff(221) <= 1), "{middle:?}");
+//! ```
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};

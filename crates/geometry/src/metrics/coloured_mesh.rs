@@ -1,4 +1,15 @@
 //! Files of meshes with a colour for each vertex, for display in other programs.
+//!
+//! ```
+//! use planish_geometry::metrics::{Triangles, coloured_mesh};
+//! use planish_geometry::source::obj::{Obj, ObjError};
+//!
+//! let obj = Obj::parse(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_vec())?;
+//! let bytes = coloured_mesh::obj(&Triangles::from(obj.data()), &[[255, 0, 51]; 3], "errors");
+//! let text = String::from_utf8(bytes).unwrap();
+//! assert!(text.starts_with("# errors\nv 0 0 0 1.0000 0.0000 0.2000\n") && text.ends_with("\nf 1 2 3\n"), "{text}");
+//! # Ok::<(), ObjError>(())
+//! ```
 
 use crate::metrics::Triangles;
 use std::fmt::Write as _;

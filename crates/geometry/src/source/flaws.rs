@@ -1,4 +1,15 @@
 //! Flaws of a mesh that make results worse than they could be. All of them are handled; whoever gets a result should know.
+//!
+//! ```
+//! use planish_geometry::mesh::weld::Welding;
+//! use planish_geometry::source::{flaws::{self, Flaw}, model::Model, obj::{Obj, ObjError}};
+//!
+//! // A tetrahedron whose last face is turned over.
+//! let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 4 3 2\n";
+//! let model = Model::new(Obj::parse(text.into())?, Welding::Exact);
+//! assert_eq!(flaws::flaws(&model), [Flaw::Turned { edges: 3 }]);
+//! # Ok::<(), ObjError>(())
+//! ```
 
 use crate::mesh::jagged::Index;
 use crate::mesh::topology::EdgeKind;

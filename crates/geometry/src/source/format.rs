@@ -1,4 +1,13 @@
 //! File formats of meshes: their names, and how a file shows which one it has.
+//!
+//! ```
+//! use planish_geometry::source::format::Format;
+//!
+//! assert_eq!(Format::of_extension("PLY"), Some(Format::Ply));
+//! // The content decides, whatever the file is called.
+//! assert_eq!(Format::of_content(b"glTF\x02\0\0\0", Some(Format::Obj)), Format::Glb);
+//! assert_eq!(Format::of_content(b"v 0 0 0\n", None), Format::Obj);
+//! ```
 
 use crate::named;
 

@@ -3,6 +3,19 @@
 //! Each value of a `POSITION` accessor that a triangle of the scene uses is a source vertex, at the place that the first node with
 //! its mesh gives it. Other nodes with the mesh are instances: they share the numbers, so they follow. Draco and meshopt
 //! compression and sparse accessors are refused. <https://registry.khronos.org/glTF/specs/2.0>
+//!
+//! ```
+//! use glam::DVec3;
+//! use planish_geometry::source::{Source, SourceError, format::Format, gltf::Gltf, mesh_file::MeshFile};
+//!
+//! let triangle = Source::parse(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_vec(), None)?;
+//! let bytes = triangle.written_as(Format::Glb, triangle.data().positions(), None).bytes;
+//! let gltf = Gltf::parse(bytes, &|_| None)?;
+//! let raised: Vec<DVec3> = gltf.data().positions().iter().map(|p| *p + DVec3::Z).collect();
+//! let written = Gltf::parse(gltf.with_positions(&raised, None), &|_| None)?;
+//! assert_eq!(written.data().positions(), [[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]].map(DVec3::from_array));
+//! # Ok::<(), SourceError>(())
+//! ```
 
 mod accessor;
 mod container;

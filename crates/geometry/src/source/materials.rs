@@ -1,4 +1,19 @@
 //! Material libraries: reading their materials, and adding the maps to those of a carrier.
+//!
+//! ```
+//! use planish_geometry::source::materials::{self, MapStatements};
+//! use planish_geometry::source::obj::{Obj, ObjError};
+//!
+//! let mesh = Obj::parse(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl skin\nf 1 2 3\n".to_vec())?;
+//! let library = b"newmtl skin\nmap_Kd skin.png\n".to_vec();
+//! assert_eq!(materials::read(&library).unwrap()[0].diffuse_texture.as_deref(), Some("skin.png"));
+//! // The carrier is in a folder below, and has a normal map.
+//! let maps = MapStatements { normal: Some("scan.normal.png"), ..MapStatements::default() };
+//! let carrier = materials::carrier_library(mesh.data(), &[library], &maps, |file| format!("../{file}"));
+//! let text = String::from_utf8_lossy(&carrier);
+//! assert!(text.starts_with("newmtl skin\nnorm scan.normal.png\nmap_Kd ../skin.png\n"), "{text}");
+//! # Ok::<(), ObjError>(())
+//! ```
 
 mod spelling;
 

@@ -1,4 +1,21 @@
 //! What all file formats have in common: a file is read into mesh data, and written again with other numbers.
+//!
+//! ```
+//! use glam::DVec3;
+//! use planish_geometry::source::{mesh_file::MeshFile, obj::{Obj, ObjError}, off::Off};
+//!
+//! /// Writes a file of any format with its mesh one higher.
+//! fn raised(file: &dyn MeshFile) -> Vec<u8> {
+//!     let positions: Vec<DVec3> = file.data().positions().iter().map(|p| *p + DVec3::Z).collect();
+//!     file.with_positions(&positions, None)
+//! }
+//!
+//! let obj = Obj::parse(b"# scan\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_vec())?;
+//! assert_eq!(raised(&obj), b"# scan\nv 0 0 1.0\nv 1 0 1.0\nv 0 1 1.0\nf 1 2 3\n");
+//! let off = Off::parse(b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n".to_vec()).unwrap();
+//! assert_eq!(raised(&off), b"OFF\n3 1 0\n0 0 1.0\n1 0 1.0\n0 1 1.0\n3 0 1 2\n");
+//! # Ok::<(), ObjError>(())
+//! ```
 
 use super::format::Format;
 use super::mesh_data::MeshData;

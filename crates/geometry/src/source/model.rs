@@ -1,4 +1,17 @@
 //! A mesh with everything that follows from it: its welded surface, normals, UV layout and defects.
+//!
+//! ```
+//! use planish_geometry::mesh::weld::Welding;
+//! use planish_geometry::source::{model::Model, obj::{Obj, ObjError}};
+//!
+//! // A square whose triangles have three `v` lines each; the last face has no area.
+//! let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 1 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\nf 4 5 6\nf 2 5 6\n";
+//! let model = Model::new(Obj::parse(text.into())?, Welding::Exact);
+//! assert_eq!(model.surface().positions().len(), 4);
+//! let defects = model.defects();
+//! assert_eq!((defects.boundary_edges, defects.degenerate_faces, defects.first_degenerate_line), (4, 1, Some(9)));
+//! # Ok::<(), ObjError>(())
+//! ```
 
 use crate::mesh::atlas::{Atlas, AtlasError};
 use crate::mesh::jagged::{Index, Ragged};

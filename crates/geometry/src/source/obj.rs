@@ -2,6 +2,17 @@
 //!
 //! The reader keeps the bytes of the file beside its numbers. The writers ([`Obj::with_positions`], [`Obj::carrier`]) walk
 //! over the statements again and replace the tokens that changed, nothing else. Meshes from other sources are printed anew.
+//!
+//! ```
+//! use planish_geometry::source::obj::{Obj, ObjError};
+//!
+//! let obj = Obj::parse(b"# scan\nv 0.00 0 0\nv 1 0 0\nv 0 1 0 # top\nf -3 -2 -1\n".to_vec())?;
+//! let mut positions = obj.data().positions().to_vec();
+//! positions[2].y = 1.5;
+//! let written = obj.with_positions(&positions, None);
+//! assert_eq!(written, b"# scan\nv 0.00 0 0\nv 1 0 0\nv 0 1.5 0 # top\nf -3 -2 -1\n");
+//! # Ok::<(), ObjError>(())
+//! ```
 
 mod groups;
 mod parse;

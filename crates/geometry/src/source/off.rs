@@ -2,6 +2,19 @@
 //!
 //! The first word says what a line of a vertex has: `ST` texture coordinates at its end, `C` a colour, `N` a normal after the
 //! position. Geomview, *OOGL file formats*, 1.6.1.
+//!
+//! ```
+//! use planish_geometry::source::{mesh_file::MeshFile, off::Off, read_error::ReadError};
+//!
+//! // Vertices with colours, which are kept.
+//! let text = b"COFF\n3 1 0\n0 0 0 9 9 9 255\n1 0 0 9 9 9 255\n0 1 0 9 9 9 255\n3 0 1 2\n";
+//! let off = Off::parse(text.to_vec())?;
+//! let mut positions = off.data().positions().to_vec();
+//! positions[1].x = 2.0;
+//! let written = off.with_positions(&positions, None);
+//! assert_eq!(written, b"COFF\n3 1 0\n0 0 0 9 9 9 255\n2.0 0 0 9 9 9 255\n0 1 0 9 9 9 255\n3 0 1 2\n");
+//! # Ok::<(), ReadError>(())
+//! ```
 
 mod parse;
 mod print;

@@ -2,6 +2,20 @@
 //!
 //! Elements, properties and lists that planish does not know are walked over and kept. G. Turk, *The PLY polygon file format*,
 //! 1994.
+//!
+//! ```
+//! use planish_geometry::source::{mesh_file::MeshFile, ply::Ply, read_error::ReadError};
+//!
+//! // The property `confidence` is unknown, and kept.
+//! let header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+//!               property float confidence\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+//! let ply = Ply::parse(format!("{header}0 0 0 .9\n1 0 0 .8\n0 1 0 .7\n3 0 1 2\n").into_bytes())?;
+//! let mut positions = ply.data().positions().to_vec();
+//! positions[1].x = 2.5;
+//! let written = String::from_utf8(ply.with_positions(&positions, None)).unwrap();
+//! assert_eq!(written, format!("{header}0 0 0 .9\n2.5 0 0 .8\n0 1 0 .7\n3 0 1 2\n"));
+//! # Ok::<(), ReadError>(())
+//! ```
 
 mod header;
 mod parse;

@@ -1,4 +1,12 @@
 //! Errors of the readers of PLY, STL, OFF and glTF files.
+//!
+//! ```
+//! use planish_geometry::source::{off::Off, read_error::Place};
+//!
+//! let error = Off::parse(b"OFF\n3 1 0\n0 0 0\n1 0 zero\n0 1 0\n3 0 1 2\n".to_vec()).unwrap_err();
+//! assert_eq!(error.place, Place::Line(4));
+//! assert!(error.to_string().starts_with("line 4: ") && error.to_string().contains("`zero`"), "{error}");
+//! ```
 
 use super::format::Format;
 use crate::mesh::jagged::Index;

@@ -2,6 +2,24 @@
 //!
 //! A file lists three corners for each facet and no vertices. Corners at the same position, bit for bit but for the sign of zeros,
 //! are one source vertex. Facet normals follow from the corners, so they are written anew where a corner moves.
+//!
+//! ```
+//! use planish_geometry::source::{mesh_file::MeshFile, read_error::ReadError, stl::Stl};
+//!
+//! // Two facets with three corners each, which share an edge: four vertices.
+//! let facet = |corners: [&str; 3]| {
+//!     format!("facet normal 0 0 1\nouter loop\nvertex {}\nendloop\nendfacet\n", corners.join("\nvertex "))
+//! };
+//! let solid = facet(["0 0 0", "1 0 0", "0 1 0"]) + &facet(["0 1 0", "1 0 0", "1 1 0"]);
+//! let stl = Stl::parse(format!("solid scan\n{solid}endsolid scan\n").into_bytes())?;
+//! assert_eq!(stl.data().positions().len(), 4);
+//! // A vertex that moves takes all of its corners with it.
+//! let mut positions = stl.data().positions().to_vec();
+//! positions[1].x = 3.0;
+//! let written = String::from_utf8(stl.with_positions(&positions, None)).unwrap();
+//! assert_eq!(written.matches("vertex 3").count(), 2, "{written}");
+//! # Ok::<(), ReadError>(())
+//! ```
 
 mod parse;
 mod print;

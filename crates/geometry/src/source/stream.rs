@@ -2,6 +2,39 @@
 //!
 //! A caller hands over the bytes of a file in pieces. Of each piece a [`Stream`] takes what is whole, and says how many bytes that
 //! were; the rest goes in front of the next piece. OBJ files and binary PLY files can be read like this.
+//!
+//! ```
+//! use glam::DVec3;
+//! use planish_geometry::source::{SourceError, stream::{Piece, Receiver, Stream}};
+//!
+//! #[derive(Default)]
+//! struct Counts {
+//!     vertices: usize,
+//!     faces: usize,
+//! }
+//!
+//! impl Receiver for Counts {
+//!     fn vertex(&mut self, _position: DVec3) {
+//!         self.vertices += 1;
+//!     }
+//!     fn face(&mut self, _vertices: &[u32]) {
+//!         self.faces += 1;
+//!     }
+//! }
+//!
+//! // Pieces of 15 bytes, which end in the middle of lines.
+//! let file = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 3 2 4\n";
+//! let (mut stream, mut counts) = (Stream::begin(file, file.len() as u64, None)?, Counts::default());
+//! let mut taken = 0;
+//! while taken < file.len() {
+//!     let end = (taken + 15).min(file.len());
+//!     let piece = Piece { bytes: &file[taken..end], is_last: end == file.len() };
+//!     taken += stream.read(piece, &mut counts)?;
+//! }
+//! stream.finish()?;
+//! assert_eq!((counts.vertices, counts.faces), (4, 2));
+//! # Ok::<(), SourceError>(())
+//! ```
 
 use super::SourceError;
 use super::format::Format;

@@ -1,5 +1,18 @@
 //! Weights of source vertices, 0..=1, from what a mesh has: a channel of its colours, a grey picture in its texture coordinates, or
 //! some of its faces.
+//!
+//! ```
+//! use planish_geometry::source::obj::{Obj, ObjError};
+//! use planish_geometry::source::vertex_weights::{self, GreyPicture};
+//!
+//! let text = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt .25 .5\nvt .75 .5\nf 1/1 2/2 3/1\nf 3/1 2/2 4/2\n";
+//! let mesh = Obj::parse(text.to_vec())?;
+//! // The first face is picked. Vertices 2 and 3 are corners of the other one, too.
+//! assert_eq!(vertex_weights::of_faces(mesh.data(), &[true, false]), [1.0, 0.0, 0.0, 0.0]);
+//! let picture = GreyPicture { width: 2, height: 1, pixels: &[0.0, 1.0] };
+//! assert_eq!(vertex_weights::of_picture(mesh.data(), picture), [0.0, 1.0, 0.0, 1.0]);
+//! # Ok::<(), ObjError>(())
+//! ```
 
 use super::MeshData;
 use crate::named;
