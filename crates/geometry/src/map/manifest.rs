@@ -19,14 +19,16 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 
 mod clients;
+mod pages;
 mod shading;
 
 pub use clients::{Blender, BlenderDirection, CentreMagnitude, Clients, MinMax, Mtl, ThreeJs};
+pub use pages::{PageEntry, PagesEntry};
 pub use shading::{CurvatureEntry, OcclusionEntry, ShadingMapEntry};
 
 /// Latest version of the format that this crate reads. It also reads the earlier ones, and writes the earliest one that has every
-/// field that a reader has to know: 1 without private texels, 2 with them.
-pub const VERSION: u64 = 2;
+/// field that a reader has to know: 1 without private texels, 2 with them, 3 with pages.
+pub const VERSION: u64 = 3;
 
 /// Largest side of a map, texels.
 pub const LARGEST_SIDE: u32 = 16384;
@@ -37,7 +39,7 @@ const LARGEST_LAMBDA: f64 = 1e6;
 /// Description of a baked map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
-    /// Version of the format: 1, or 2 if there are private texels.
+    /// Version of the format: 1, or 2 if there are private texels, or 3 if there are pages.
     pub planish: u64,
     /// Name and size of the mesh that was baked.
     pub source: SourceEntry,
@@ -59,6 +61,10 @@ pub struct Manifest {
     /// [`Layout::Uv`].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub private_texels: Vec<PrivateTexel>,
+    /// Images of the parts of the mesh; `None` if there is one image. With pages, the places of seam vertices, the private texels
+    /// and the normal maps are those of each page.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pages: Option<PagesEntry>,
     /// Normal map of the denoised surface; `None` if the texture coordinates do not allow one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal_map: Option<NormalMapEntry>,
@@ -195,7 +201,7 @@ impl UvSource {
 /// The displacement map: p' = p − λ · (bias + scale · texel) · n.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MapEntry {
-    /// Name of the image file.
+    /// Name of the image file; with pages of the first of them, as width and height are.
     pub file: String,
     /// Kind of the map: heights or vectors.
     pub map: MapKind,
@@ -515,6 +521,11 @@ impl Manifest {
         self.private_texels.iter().map(|texel| [texel.vertex - 1, index(texel)]).collect()
     }
 
+    /// Pages of the map; empty if there is one image.
+    pub fn page_entries(&self) -> &[PageEntry] {
+        self.pages.as_ref().map_or(&[], |pages| &pages.maps)
+    }
+
     /// Names of the files of the bundle besides the manifest: maps, carrier and whatever else is listed, without the mesh that was
     /// baked.
     pub fn file_names(&self) -> Vec<&str> {
@@ -530,9 +541,13 @@ impl Manifest {
         let normal_map = self.normal_map.as_ref().map(|map| map.file.as_str());
         let shading = self.shading_maps().map(|(_, map)| map.file.as_str());
         let carrier = [Some(self.carrier.obj.as_str()), Some(self.carrier.mtl.as_str()), self.carrier.glb.as_deref()];
+        let pages = self.page_entries().iter().flat_map(PageEntry::files);
+        // The first page is the map of the entry.
+        let pages = pages.filter(|file| *file != self.displacement.file);
         [Some(self.displacement.file.as_str()), normal_map]
             .into_iter()
             .flatten()
+            .chain(pages)
             .chain(shading)
             .chain(carrier.into_iter().flatten())
             .collect()
@@ -589,7 +604,11 @@ impl Manifest {
         ensure(is_strength, "displacement.lambda", format!("{} is not a strength", map.lambda))?;
         let is_near = map.origin.to_array().into_iter().all(is_single);
         ensure(is_near, "displacement.origin", format!("{} is too large", map.origin))?;
-        let has_sample_positions = map.layout == Layout::Vertex || self.dominant_uv.is_some();
+        if let Some(pages) = &self.pages {
+            pages.check(self).map_err(|problem| ManifestError::Value { field: "pages", problem })?;
+        }
+        let has_sample_positions =
+            map.layout == Layout::Vertex || self.dominant_uv.is_some() || self.pages.is_some();
         ensure(has_sample_positions, "dominant_uv", "is missing, and the layout `uv` needs it".to_owned())?;
         let has_texels = map.layout == Layout::Uv || map.size().texels() >= self.source.vertices;
         let texels = map.size().texels();
@@ -636,11 +655,17 @@ impl Manifest {
         // Strings, numbers and lists cannot fail to become JSON.
         let mut value = serde_json::to_value(self).unwrap_or_default();
         let lists = [("/dominant_uv/seam_vertices", "seam_vertices"), ("/private_texels", "private_texels")];
-        let lists = lists.map(|(pointer, name)| (name, value.pointer_mut(pointer).map(std::mem::take)));
+        let mut lists = lists.map(|(pointer, name)| (pointer.to_owned(), name)).to_vec();
+        for page in 0..self.page_entries().len() {
+            lists.extend(["seam_vertices", "private_texels"].map(|name| (format!("/pages/maps/{page}/{name}"), name)));
+        }
+        // In the order in which they stand in the text.
+        let take = |(pointer, name): (String, _)| (name, value.pointer_mut(&pointer).map(std::mem::take));
+        let lists: Vec<(&str, Option<serde_json::Value>)> = lists.into_iter().map(take).collect();
         let mut text = serde_json::to_string_pretty(&value).unwrap_or_default();
         for (name, list) in lists {
             if let Some(list) = list {
-                text = text.replace(&format!("\"{name}\": null"), &format!("\"{name}\": {list}"));
+                text = text.replacen(&format!("\"{name}\": null"), &format!("\"{name}\": {list}"), 1);
             }
         }
         text + "\n"
@@ -664,7 +689,10 @@ pub fn named_files(bytes: &[u8]) -> Option<Vec<FileEntry>> {
         "/carrier/mtl",
         "/carrier/glb",
     ];
-    for file in pointers.into_iter().filter_map(text) {
+    let pages = value.pointer("/pages/maps").and_then(serde_json::Value::as_array).map_or(0, Vec::len);
+    let of_pages = (0..pages).flat_map(|page| ["file", "normal_map/file"].map(|of| format!("/pages/maps/{page}/{of}")));
+    let pointers = pointers.into_iter().map(str::to_owned).chain(of_pages);
+    for file in pointers.filter_map(|pointer| text(&pointer)) {
         if files.iter().all(|known| known.file != file) {
             files.push(FileEntry { file, sha256: String::new() });
         }
