@@ -17,6 +17,7 @@ import pytest
 import trimesh
 
 import planish as package
+from clients import snippet
 from conftest import REPO, reference_meshes
 
 DUCK = REPO / "data" / "duck_noisy.obj"

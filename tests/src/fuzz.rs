@@ -140,7 +140,8 @@ pub fn mtl(data: &[u8]) {
         return;
     }
     let maps = materials::MapStatements { displacement: None, normal: Some("n.png") };
-    let written = materials::carrier_library(mesh.data(), &[data.to_vec()], |_| maps.clone(), |name| format!("../{name}"));
+    let written =
+        materials::carrier_library(mesh.data(), &[data.to_vec()], |_| maps.clone(), |name| format!("../{name}"));
     assert!(materials::is_library(&written));
     assert!(materials::textures(&written).len() <= textures.len() + written.split(|b| *b == b'\n').count());
     if known.is_ok() {

@@ -5,7 +5,7 @@ use crate::input::{self, LARGEST_MESH, LARGEST_PICTURE, NamedFile, Trust};
 use crate::text::shown;
 use glam::DVec3;
 use planish_geometry::map::displace::{self, MeshError, ShaderVertex};
-use planish_geometry::map::displacement::{Displacement, Weights};
+use planish_geometry::map::displacement::Displacement;
 use planish_geometry::map::manifest::{self, Manifest, PageEntry, Target, UvSource};
 use planish_geometry::source::Source;
 use std::path::{Path, PathBuf};
@@ -148,10 +148,9 @@ impl MapFiles {
     /// not, byte for byte, the one that was baked or its carrier.
     pub fn map_for(&self, mesh: &Source, path: &Path) -> Result<(Displacement, Vec<ShaderVertex>), Failure> {
         let mut images = self.decoded_images()?;
-        let vertices = self.vertices(mesh, path)?;
+        let mut vertices = self.vertices(mesh, path)?;
         let map = if self.manifest.pages.is_some() {
-            let samples = displace::page_samples(mesh.data(), &self.manifest);
-            Displacement::gathered(&images, &samples, Weights::Exact)
+            displace::gather(&images, mesh.data(), &self.manifest, &mut vertices)
         } else {
             images.swap_remove(0)
         };

@@ -186,8 +186,7 @@ fn bake_layout(
     let mut draft = Draft::new(request, displacements, original)?;
     draft.measure(request, displacements)?;
     if let Some(fallback) = draft.fallback(request) {
-        let settings =
-            BakeSettings { layout: LayoutChoice::Vertex, pages: PageRule::None, ..request.settings.clone() };
+        let settings = BakeSettings { layout: LayoutChoice::Vertex, pages: PageRule::None, ..request.settings.clone() };
         let bundle = bake_layout(&Request { settings: &settings, ..*request }, displacements, None)?;
         return Ok(Bundle { fallback: Some(fallback), ..bundle });
     }

@@ -11,7 +11,7 @@ use planish_files::input::{self, LARGEST_PICTURE, Trust};
 use planish_files::map_files::MapFiles;
 use planish_geometry::bake::{BakeSettings, Bundle};
 use planish_geometry::map::displace::{self, ShaderVertex};
-use planish_geometry::map::displacement::{Displacement, Encoding, MapKind, TexelFormat, Weights};
+use planish_geometry::map::displacement::{Displacement, Encoding, MapKind, TexelFormat};
 use planish_geometry::map::manifest::{Manifest, NormalMapEntry, OcclusionEntry};
 use planish_geometry::map::normal_map::Convention;
 use planish_geometry::map::{HeightMap, Size};
@@ -167,15 +167,14 @@ fn attach(scene: &mut Scene, model: &Model, bundle: &Bundle) -> Result<Vec<Shade
         let map = Displacement::decode(bytes(file), entry.map, size, entry.encoding());
         map.map_err(|e| Failure::at(Path::new(file), e))
     };
+    let mut vertices = displace::model_vertices(model, along, manifest);
     let map = if manifest.pages.is_some() {
         let pages = manifest.page_entries().iter().map(|page| decode(&page.file, page.size()));
         let pages = pages.collect::<Result<Vec<_>, _>>()?;
-        let samples = displace::page_samples(model.data(), manifest);
-        Displacement::gathered(&pages, &samples, Weights::Exact)
+        displace::gather(&pages, model.data(), manifest, &mut vertices)
     } else {
         decode(&entry.file, entry.size())?
     };
-    let vertices = displace::model_vertices(model, along, manifest);
     scene.displacement = Some(model_input::bind_map(model, scene, map, &vertices));
     let entry = manifest.normal_map.as_ref();
     scene.normal_map = entry.map(|e| normal_map(bytes(&e.file), e, Path::new(&e.file))).transpose()?;

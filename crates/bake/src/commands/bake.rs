@@ -116,7 +116,9 @@ fn check_layout(args: &MapArgs) -> Result<(), Failure> {
     }
     if args.pages != PageRule::None && matches!(layout, LayoutChoice::Vertex | LayoutChoice::Unwrap) {
         let (pages, layout) = (args.pages.name(), layout.name());
-        return Err(Failure::Input(format!("--pages {pages} does not go with --layout {layout}, which makes one image")));
+        return Err(Failure::Input(format!(
+            "--pages {pages} does not go with --layout {layout}, which makes one image"
+        )));
     }
     if layout == LayoutChoice::Unwrap && !bake::CAN_UNWRAP {
         let reason =

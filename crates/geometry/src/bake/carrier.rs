@@ -72,7 +72,12 @@ pub(super) fn glb(request: &Request, normals: &[Vec3], draft: &Draft) -> Result<
     let map = gltf::Map { bytes: &maps.images[0].displacement, filter, entry: entry_of(entry) };
     let pages = pages.map(|of_faces| gltf::Pages {
         of_faces,
-        maps: manifest.page_entries().iter().zip(&maps.images).map(|(page, image)| page_map(page, image, entry)).collect(),
+        maps: manifest
+            .page_entries()
+            .iter()
+            .zip(&maps.images)
+            .map(|(page, image)| page_map(page, image, entry))
+            .collect(),
         copies,
     });
     // A map of shading with a texel for each vertex has other places than a page.

@@ -16,7 +16,7 @@ use crate::source::model::Model;
 /// Division of a mesh into pages, and where its vertices sample them.
 pub(super) struct Paging {
     pub(super) pages: Pages,
-    /// Page that each vertex samples; `None` for vertices without faces. #V
+    /// Page that each vertex samples; `None` for vertices that stay. #V
     pub(super) of_vertices: Vec<Option<Index>>,
     /// For each page, ascending pairs of the numbers of a source vertex and of the texture coordinate at which it samples the page,
     /// both counted from 1.
@@ -38,7 +38,7 @@ pub(super) fn fill(
     normals: &NormalMaps,
 ) -> Result<Texels, BakeError> {
     let Request { model, settings, progress, .. } = *request;
-    let of_vertices = pages.of_vertices(model, atlas);
+    let mut of_vertices = pages.of_vertices(model, atlas);
     let (mut filled, mut seam_vertices, mut plans) = (Vec::new(), Vec::new(), Vec::new());
     let corners = pages.of_corners(model.data());
     for (page, part) in (0..).zip(pages.parts()) {
@@ -57,6 +57,11 @@ pub(super) fn fill(
             let mut one = maps::at_texels(request, Some(atlas), channels)?;
             normals.add(&mut one)?;
             return Ok(Texels { plan, filled: vec![one], paging: None });
+        }
+        // What has no texel stays where it is, on no page.
+        for (of_vertex, v) in of_vertices.iter_mut().zip(0..).filter(|(of_vertex, _)| **of_vertex == Some(page)) {
+            let is_private = || of_image.private.binary_search_by_key(&v, |pair| pair[0]).is_ok();
+            *of_vertex = of_vertex.filter(|_| of_page.dominant(v).is_some() || is_private());
         }
         normals.add(&mut of_image)?;
         // It takes more memory than the texels, and only maps of shading would need it.

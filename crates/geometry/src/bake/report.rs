@@ -222,6 +222,9 @@ impl<'a> Mesh<'a> {
             samples: displace::page_samples(carrier, manifest),
             of_corners: pages.of_corners(carrier),
         });
+        for (vertex, sample) in vertices.iter_mut().zip(paged.iter().flat_map(|paged| &paged.samples)) {
+            vertex.sample_at = vertex.sample_at.filter(|_| sample.is_some());
+        }
         Self { model, vertices, paged, drawn, used, expected: &offsets.positions, origin: entry.origin }
     }
 

@@ -174,6 +174,25 @@ pub fn page_samples(mesh: &MeshData, manifest: &Manifest) -> Vec<Option<PageSamp
     samples
 }
 
+/// Gathers the texels of pages that the vertices of a mesh sample, and makes the vertices (#v), which [`carrier_vertices`] or one of its
+/// kin built, read them.
+///
+/// # Panics
+/// As [`page_samples`] does, or if there are fewer images than pages.
+pub fn gather(
+    images: &[Displacement],
+    mesh: &MeshData,
+    manifest: &Manifest,
+    vertices: &mut [ShaderVertex],
+) -> Displacement {
+    let samples = page_samples(mesh, manifest);
+    for (vertex, sample) in vertices.iter_mut().zip(&samples) {
+        // A manifest may name a vertex that has no texture coordinates.
+        vertex.sample_at = vertex.sample_at.filter(|_| sample.is_some());
+    }
+    Displacement::gathered(images, &samples, Weights::Exact)
+}
+
 /// Builds the vertices of the mesh that was baked, one for each source vertex (#v), with these unit normals (#v×3), because
 /// the map does not displace along the normals of the file.
 pub fn source_vertices(source: &MeshData, normals: &[Vec3], rule: &SamplingRule, origin: DVec3) -> Vec<ShaderVertex> {

@@ -607,8 +607,7 @@ impl Manifest {
         if let Some(pages) = &self.pages {
             pages.check(self).map_err(|problem| ManifestError::Value { field: "pages", problem })?;
         }
-        let has_sample_positions =
-            map.layout == Layout::Vertex || self.dominant_uv.is_some() || self.pages.is_some();
+        let has_sample_positions = map.layout == Layout::Vertex || self.dominant_uv.is_some() || self.pages.is_some();
         ensure(has_sample_positions, "dominant_uv", "is missing, and the layout `uv` needs it".to_owned())?;
         let has_texels = map.layout == Layout::Uv || map.size().texels() >= self.source.vertices;
         let texels = map.size().texels();

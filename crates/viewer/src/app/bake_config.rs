@@ -104,7 +104,9 @@ impl BakeConfig {
             map: map.map,
             layout: match (map.layout, map.uvs) {
                 (Layout::Vertex, _) => LayoutChoice::Vertex,
-                (Layout::Uv, UvSource::Mesh) if manifest.private_texels.is_empty() && manifest.pages.is_none() => LayoutChoice::Uv,
+                (Layout::Uv, UvSource::Mesh) if manifest.private_texels.is_empty() && manifest.pages.is_none() => {
+                    LayoutChoice::Uv
+                }
                 (Layout::Uv, UvSource::Mesh) => LayoutChoice::Auto,
                 (Layout::Uv, UvSource::Unwrapped) => LayoutChoice::Unwrap,
             },

@@ -44,14 +44,24 @@ fn meshes() -> Vec<(&'static str, Model, PageRule, Vec<&'static str>)> {
     vec![
         ("side by side", model(one_chart(two)), PageRule::Udim, vec!["1001", "1002"]),
         ("split", model(split(one_chart(two))), PageRule::Udim, vec!["1001", "1002"]),
-        ("whole tiles away", model(one_chart(move |p| two(p) + DVec2::new(8.0, 3.0))), PageRule::Udim, vec!["1039", "1040"]),
+        (
+            "whole tiles away",
+            model(one_chart(move |p| two(p) + DVec2::new(8.0, 3.0))),
+            PageRule::Udim,
+            vec!["1039", "1040"],
+        ),
         ("four tiles", model(one_chart(|p| 2.0 * p)), PageRule::Udim, vec!["1001", "1002", "1011", "1012"]),
         // The border of the tiles goes through the middle of squares.
         ("crossing", model(one_chart(move |p| two(p) + DVec2::new(0.12, 0.0))), PageRule::Udim, vec!["1001", "1002"]),
         ("two charts", sheet_in_two_tiles, PageRule::Udim, vec!["1001", "1002"]),
         // Both materials lie on one chart, the second one mirrored onto the first in the last mesh.
         ("materials", overlapping, PageRule::Material, vec!["left", "right"]),
-        ("mirror", sheet_with_uvs(|p| DVec2::new((p.x - 0.35).abs(), p.y % 0.5)), PageRule::Material, vec!["left", "right"]),
+        (
+            "mirror",
+            sheet_with_uvs(|p| DVec2::new((p.x - 0.35).abs(), p.y % 0.5)),
+            PageRule::Material,
+            vec!["left", "right"],
+        ),
     ]
 }
 
@@ -119,8 +129,7 @@ fn files_of_pages_are_understood_as_they_were_written() {
             let listed = |page: &PageEntry| page.files().all(|file| manifest.sha256_of(file).is_some());
             assert!(manifest.page_entries().iter().all(listed), "{name}");
             let carrier = Obj::parse(bytes_of(&bundle, &manifest.carrier.obj).to_vec()).unwrap();
-            let images: Vec<&[u8]> =
-                manifest.page_entries().iter().map(|page| bytes_of(&bundle, &page.file)).collect();
+            let images: Vec<&[u8]> = manifest.page_entries().iter().map(|page| bytes_of(&bundle, &page.file)).collect();
             let files = WrittenFiles { displacement: &images, carrier: carrier.data() };
             assert_eq!(check(&model, &manifest, &laplacian(), files, &Silent).unwrap(), manifest.report, "{name}");
 
@@ -135,7 +144,8 @@ fn files_of_pages_are_understood_as_they_were_written() {
             let carried = displace::baked_vertices(&carrier.clone().into(), &manifest, &|| None).unwrap();
             let carried = displace::displaced(&carried, &map(carrier.data()), 1.0, origin);
             assert_eq!(own, carried, "{name}");
-            let displacements = laplacian().displacements(&model, manifest.displacement.map, Some(manifest.normals), &Silent);
+            let displacements =
+                laplacian().displacements(&model, manifest.displacement.map, Some(manifest.normals), &Silent);
             let displacements = displacements.unwrap();
             for (p, v) in own.iter().zip(model.weld().vertex_of()) {
                 let v = *v as usize;
@@ -194,7 +204,8 @@ fn drawn(glb: &[u8], document: &Value, primitive: &Value) -> Vec<usize> {
     let at = |value: &Value| value.as_u64().unwrap_or(0) as usize;
     let entry = &document["accessors"][at(&primitive["indices"])];
     assert_eq!(entry["componentType"], 5123);
-    let start = 28 + u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize
+    let start = 28
+        + u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize
         + at(&document["bufferViews"][at(&entry["bufferView"])]["byteOffset"]);
     let index = |i: usize| u16::from_le_bytes(glb[start + 2 * i..start + 2 * i + 2].try_into().unwrap()).into();
     (0..at(&entry["count"])).map(index).collect()
@@ -213,7 +224,8 @@ fn every_primitive_of_the_gltf_file_samples_its_own_page() {
             let material = &document["materials"][primitive["material"].as_u64().unwrap() as usize];
             let entry = &material["extras"]["planish"]["displacement"];
             let page = manifest.page_entries().iter().position(|page| entry["file"] == page.file.as_str()).unwrap();
-            let part = entry.get("tile").map_or_else(|| entry["material"].as_str().unwrap().to_owned(), Value::to_string);
+            let part =
+                entry.get("tile").map_or_else(|| entry["material"].as_str().unwrap().to_owned(), Value::to_string);
             assert_eq!(part, parts[page], "{name}");
             let texture = &document["textures"][entry["texture"].as_u64().unwrap() as usize];
             assert_eq!(document["images"][texture["source"].as_u64().unwrap() as usize]["name"], entry["file"]);
