@@ -17,6 +17,7 @@ import pytest
 import trimesh
 
 import planish as package
+from clients import snippet
 from conftest import REPO, reference_meshes
 
 DUCK = REPO / "data" / "duck_noisy.obj"
@@ -110,6 +111,45 @@ def test_a_bake_of_arrays_is_whole(planish, tmp_path):
     noisy, half, denoised = (package.apply(tmp_path / "d.planish.json", lambda_=x).vertices for x in (0, 0.5, 1))
     assert np.abs((noisy + denoised) / 2 - half).max() < 1e-5 * np.ptp(noisy)
     assert np.abs(denoised - noisy).max() > 0.002 * np.ptp(noisy)
+
+
+def bilinear(image, column, row):
+    (i, j), (height, width) = np.floor((column, row)).astype(int), image.shape
+    texel = lambda i, j: image[min(max(j, 0), height - 1), min(max(i, 0), width - 1)]
+    a, b = column - i, row - j
+    top, bottom = ((1 - a) * texel(i, k) + a * texel(i + 1, k) for k in (j, j + 1))
+    return (1 - b) * top + b * bottom
+
+
+def test_tiles_have_pages(tmp_path):
+    side = 9
+    x, y = (a.ravel().astype(float) for a in np.meshgrid(np.arange(side), np.arange(side)))
+    vertices = np.stack([x, y, np.sin(13 * x + 7 * y) / 3], axis=1)
+    corner = np.array([i * side + j for i in range(side - 1) for j in range(side - 1)])[:, None]
+    faces = corner + np.array([0, 1, side + 1, side])
+    uvs = np.stack([x / (side - 1) * 2, 0.05 + 0.1 * y], axis=1)
+    bundle = package.bake(vertices, faces, uvs=uvs, method="laplacian", pages="udim", name="t")
+    maps = bundle.manifest["pages"]["maps"]
+    assert [page["tile"] for page in maps] == [1001, 1002] and list(bundle.pages) == ["1001", "1002"]
+    assert [bundle.pages[str(page["tile"])].shape for page in maps] == [(page["height"], page["width"]) for page in maps]
+    assert all(normals.shape[2] == 3 for normals in bundle.page_normal_maps.values())
+    bundle.write(tmp_path)
+    exact = package.bake(vertices, faces, method="laplacian", layout="vertex", bits=32, normals=bundle.manifest["normals"], name="e")
+    exact.write(tmp_path)
+    paged, one = (package.apply(tmp_path / f"{name}.planish.json").vertices for name in "te")
+    assert np.abs(paged - one).max() <= bundle.report["error_bound"] + 1e-6
+
+    # The functions of docs/clients.md lead to the same heights.
+    code = {}
+    exec(snippet("python-pages"), code)
+    places = code["places"](tmp_path / "t.planish.json")
+    assert sorted(places) == list(range(len(vertices)))
+    for v, (page, place) in places.items():
+        image = bundle.pages[str(page["tile"])]
+        if not isinstance(place, tuple):
+            u, v_up = np.float32(uvs[v if place is None else place]) - np.float32(code["corner"](page))
+            place = u * page["width"] - 0.5, (1 - v_up) * page["height"] - 0.5
+        assert bilinear(image, *place) == pytest.approx(bilinear(exact.heights, v % exact.heights.shape[1], v // exact.heights.shape[1]), abs=bundle.scale / 65535)
 
 
 def test_a_bake_leads_to_a_target():

@@ -140,7 +140,8 @@ pub fn mtl(data: &[u8]) {
         return;
     }
     let maps = materials::MapStatements { displacement: None, normal: Some("n.png") };
-    let written = materials::carrier_library(mesh.data(), &[data.to_vec()], &maps, |name| format!("../{name}"));
+    let written =
+        materials::carrier_library(mesh.data(), &[data.to_vec()], |_| maps.clone(), |name| format!("../{name}"));
     assert!(materials::is_library(&written));
     assert!(materials::textures(&written).len() <= textures.len() + written.split(|b| *b == b'\n').count());
     if known.is_ok() {
@@ -226,7 +227,7 @@ pub fn bake(data: &[u8]) {
     assert_eq!(manifest, bundle.manifest);
     let carrier = Obj::parse(bytes_of(&bundle, &manifest.carrier.obj).to_vec()).expect("a carrier can be read");
     let image = bytes_of(&bundle, &manifest.displacement.file);
-    let written = WrittenFiles { displacement: image, carrier: carrier.data() };
+    let written = WrittenFiles { displacement: &[image], carrier: carrier.data() };
     let report = bake::check(&model, &manifest, &settings.target, written, &Silent).expect("a bake can be checked");
     assert!(report.max_error <= manifest.report.error_bound, "{report:?}");
     assert_eq!(report.seam_gap, manifest.report.seam_gap);
@@ -280,6 +281,6 @@ pub fn bundle(data: &[u8]) {
     if model.surface().topology().faces().is_empty() {
         return;
     }
-    let written = WrittenFiles { displacement: image, carrier: carrier.data() };
+    let written = WrittenFiles { displacement: &[image], carrier: carrier.data() };
     let _ = bake::check(&model, &manifest, &target, written, &Silent);
 }

@@ -20,6 +20,7 @@ use planish_geometry::denoise::NormalField;
 use planish_geometry::map::displacement::FileFormat;
 use planish_geometry::map::normal_map::Convention;
 use planish_geometry::map::occlusion::Occlusion;
+use planish_geometry::map::pages::PageRule;
 use planish_geometry::map::{Interpolation, Texels};
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::metrics::Heat;
@@ -181,6 +182,9 @@ pub(crate) struct MapArgs {
     /// Where a vertex has its texel
     #[arg(long, value_parser = named::<LayoutChoice>(), default_value = LayoutChoice::default().name(), help_heading = "Map")]
     pub(crate) layout: LayoutChoice,
+    /// Whether the map has an image for each UDIM tile or material of the mesh; not with --layout vertex or unwrap
+    #[arg(long, value_parser = named::<PageRule>(), default_value = PageRule::default().name(), help_heading = "Map")]
+    pub(crate) pages: PageRule,
     /// Largest error of a vertex at which --layout auto still uses the mesh's own UVs, in steps of the map
     #[arg(long, value_name = "Q", default_value_t = 1.0, allow_negative_numbers = true, value_parser = tolerance, help_heading = "Map")]
     pub(crate) tolerance: f64,

@@ -14,6 +14,7 @@ use planish_geometry::bake::{
     self, BakeError, BakeSettings, BakeTarget, Bundle, BundleFile, BundleNames, Fallback, LayoutChoice, SideFiles,
 };
 use planish_geometry::denoise::{Denoiser, Denoising, Learned};
+use planish_geometry::map::layout_issues::OutOfRange;
 use planish_geometry::map::manifest::{self, HeightsLoss, Report, Target};
 use planish_geometry::mesh::atlas::AtlasError;
 use planish_geometry::progress::Progress;
@@ -253,6 +254,10 @@ fn explain(error: BakeError, model: &Model, input: &Path) -> Failure {
         #[cfg(feature = "unwrap")]
         e @ BakeError::Unwrap(_) => Failure::at(input, e),
         BakeError::ChartsDoNotFit { .. } => Failure::at(input, format!("{error}; use a larger --size or --max-size")),
+        BakeError::TooManyPages(e) => Failure::at(input, format!("{e}; use --pages none")),
+        BakeError::PagesWithLayout(layout) => {
+            Failure::at(input, format!("pages do not go with the layout {}, which makes one image", layout.name()))
+        }
         e @ (BakeError::NotFinite | BakeError::NotMeasurable | BakeError::Gltf(_)) => Failure::at(input, e),
         other => Failure::Internal(format!("{}: {other}", shown(input))),
     }
@@ -287,8 +292,17 @@ fn warn(bundle: &Bundle) -> Vec<String> {
     if let Some(reason) = &bundle.fallback {
         out.push(format!("one texel for each vertex, because {reason}"));
     }
-    if m.normal_map.is_none() && bundle.fallback != Some(Fallback::NoUvs) {
+    let without_normals = m.page_entries().iter().filter(|page| page.normal_map.is_none());
+    let without_normals: Vec<String> = without_normals.map(|page| page.part.to_string()).collect();
+    if !without_normals.is_empty() {
+        let pages = one_line(&without_normals.join(", "));
+        out.push(format!("no normal map on pages {pages}: the texture coordinates of the mesh have no space for one"));
+    }
+    if m.pages.is_none() && m.normal_map.is_none() && bundle.fallback != Some(Fallback::NoUvs) {
         out.push("no normal map: the texture coordinates of the mesh have no space for one".to_owned());
+    }
+    if m.pages.is_none() && r.layout.out_of_range == Some(OutOfRange::Tiles) {
+        out.push("the UVs lie in several whole tiles: --pages udim makes an image for each of them".to_owned());
     }
     out.extend(r.limits.as_ref().and_then(volume_not_restored));
     let vertices = |n| count(n, "vertex", "vertices");

@@ -3,7 +3,7 @@
 use crate::text::{self, count, measure, one_line};
 use planish_geometry::bake::Bundle;
 use planish_geometry::map::displacement::MapKind;
-use planish_geometry::map::manifest::{Layout, Manifest, ShadingMapEntry, UvSource};
+use planish_geometry::map::manifest::{Layout, Manifest, PageEntry, ShadingMapEntry, UvSource};
 use std::fmt::Write as _;
 
 /// Report of a bake for people, of the mesh at `source`. `files` are the paths of the files that were written.
@@ -29,9 +29,8 @@ pub fn text(source: &str, bundle: &Bundle, files: &[String]) -> String {
     line(
         "map",
         format!(
-            "{} × {}, {}: {} = {} + {} · texel",
-            map.width,
-            map.height,
+            "{}, {}: {} = {} + {} · texel",
+            sizes(m),
             map.texel,
             if map.map == MapKind::Scalar { "height" } else { "offset" },
             measure(map.bias),
@@ -65,6 +64,16 @@ pub fn text(source: &str, bundle: &Bundle, files: &[String]) -> String {
         line("wrote", one_line(file));
     }
     out
+}
+
+/// Describes the size of the map, or those of its pages.
+fn sizes(m: &Manifest) -> String {
+    let size = |width, height| format!("{width} × {height}");
+    let of_page = |page: &PageEntry| format!("page {} {}", page.part, size(page.width, page.height));
+    match m.page_entries() {
+        [] => size(m.displacement.width, m.displacement.height),
+        pages => one_line(&pages.iter().map(of_page).collect::<Vec<_>>().join(", ")),
+    }
 }
 
 /// Describes the layout of a map of shading.

@@ -6,7 +6,7 @@ use crate::text::shown;
 use glam::DVec3;
 use planish_geometry::map::displace::{self, MeshError, ShaderVertex};
 use planish_geometry::map::displacement::Displacement;
-use planish_geometry::map::manifest::{self, Manifest, Target, UvSource};
+use planish_geometry::map::manifest::{self, Manifest, PageEntry, Target, UvSource};
 use planish_geometry::source::Source;
 use std::path::{Path, PathBuf};
 
@@ -119,36 +119,56 @@ impl MapFiles {
         if path == self.carrier() { self.carrier_mesh() } else { self.source_mesh(None) }
     }
 
-    /// Path of the image with the heights or vectors.
-    pub fn image(&self) -> PathBuf {
-        self.path_of(&self.manifest.displacement.file)
+    /// Names of the images with the heights or vectors: one, or one for each page.
+    pub fn images(&self) -> Vec<&str> {
+        match self.manifest.page_entries() {
+            [] => vec![&self.manifest.displacement.file],
+            pages => pages.iter().map(|page| page.file.as_str()).collect(),
+        }
     }
 
-    /// Reads and decodes the image.
-    pub fn displacement(&self) -> Result<Displacement, Failure> {
-        let (path, entry) = (self.image(), &self.manifest.displacement);
-        let bytes = self.bytes_of(&entry.file, LARGEST_PICTURE)?;
-        Displacement::decode(&bytes, entry.map, entry.size(), entry.encoding()).map_err(|e| Failure::at(&path, e))
+    /// Reads and decodes the images: one, or one for each page.
+    pub fn decoded_images(&self) -> Result<Vec<Displacement>, Failure> {
+        let entry = &self.manifest.displacement;
+        let pages = self.manifest.page_entries();
+        let decode = |(i, name): (usize, &str)| {
+            let page = pages.get(i);
+            let path = self.path_of(name);
+            let of_page = |reason: String| page.map_or(reason.clone(), |page| format!("page {}: {reason}", page.part));
+            let bytes = self.bytes_of(name, LARGEST_PICTURE)?;
+            let size = page.map_or(entry.size(), PageEntry::size);
+            Displacement::decode(&bytes, entry.map, size, entry.encoding())
+                .map_err(|e| Failure::at(&path, of_page(e.to_string())))
+        };
+        self.images().into_iter().enumerate().map(decode).collect()
+    }
+
+    /// Reads and decodes the map for a mesh that was read from `path`, and returns it with the vertices of the mesh as the map displaces
+    /// them, one for each `v` line (#v). A map with pages becomes one with a texel for each of these vertices. Fails if the mesh is
+    /// not, byte for byte, the one that was baked or its carrier.
+    pub fn map_for(&self, mesh: &Source, path: &Path) -> Result<(Displacement, Vec<ShaderVertex>), Failure> {
+        let mut images = self.decoded_images()?;
+        let mut vertices = self.vertices(mesh, path)?;
+        let map = if self.manifest.pages.is_some() {
+            displace::gather(&images, mesh.data(), &self.manifest, &mut vertices)
+        } else {
+            images.swap_remove(0)
+        };
+        Ok((map, vertices))
     }
 
     /// Vertices of a mesh that was read from `path`, as the map displaces them: one for each `v` line (#v). Fails if the mesh is
     /// not, byte for byte, the one that was baked or its carrier.
-    pub fn vertices(&self, mesh: &Source, path: &Path) -> Result<Vec<ShaderVertex>, Failure> {
+    fn vertices(&self, mesh: &Source, path: &Path) -> Result<Vec<ShaderVertex>, Failure> {
         let carrier = || self.carrier_mesh().ok()?.into_obj();
         displace::baked_vertices(mesh, &self.manifest, &carrier).map_err(|e| self.explain(e, path))
     }
 
     /// Positions of the source vertices of a mesh that was read from `path`, displaced by the map with the strength λ. #v×3, model
-    /// units. Fails as [`Self::vertices`] does, or if a vertex goes to infinity.
-    pub fn displaced(
-        &self,
-        map: &Displacement,
-        mesh: &Source,
-        path: &Path,
-        lambda: f64,
-    ) -> Result<Vec<DVec3>, Failure> {
-        let vertices = self.vertices(mesh, path)?;
-        let displaced = displace::displaced(&vertices, map, lambda as f32, self.manifest.displacement.origin);
+    /// units. Fails as [`Self::map_for`] does, or if a vertex goes to infinity.
+    pub fn displaced(&self, mesh: &Source, path: &Path, lambda: f64) -> Result<Vec<DVec3>, Failure> {
+        let (map, vertices) = self.map_for(mesh, path)?;
+        let displaced = displace::displaced(&vertices, &map, lambda as f32, self.manifest.displacement.origin);
         match displaced.iter().position(|p| !p.is_finite()) {
             Some(v) => {
                 let place = input::vertex_place(mesh, v as u32);
@@ -185,6 +205,11 @@ impl MapFiles {
             MeshError::NoSuchElement { vertex, uv } => {
                 let (v, vt) = (vertex + 1, uv + 1);
                 let reason = format!("field `dominant_uv.seam_vertices`: the mesh has no vertex {v} or no `vt` {vt}");
+                Failure::at(&self.path, reason)
+            }
+            MeshError::NoSuchInPage { page, vertex, uv } => {
+                let (v, vt) = (vertex + 1, uv + 1);
+                let reason = format!("page {page}: `seam_vertices`: the mesh has no vertex {v} or no `vt` {vt}");
                 Failure::at(&self.path, reason)
             }
             e @ (MeshError::Vertices { .. } | MeshError::Normals(_) | MeshError::Atlas(_)) => Failure::at(mesh, e),

@@ -29,6 +29,7 @@ mod error;
 pub mod gltf;
 mod layout;
 mod maps;
+mod pages;
 mod report;
 mod settings;
 mod shading_maps;
@@ -48,6 +49,7 @@ use crate::map::displace::{self, DisplacementDirections};
 use crate::map::displacement::MapKind;
 use crate::map::manifest::Manifest;
 use crate::map::map_size::MapSizeChoice;
+use crate::map::pages::PageRule;
 use crate::mesh::atlas::{Atlas, AtlasError};
 use crate::mesh::jagged::Index;
 use crate::progress::Progress;
@@ -151,6 +153,9 @@ pub fn bake(
     if unwraps && !CAN_UNWRAP {
         return Err(BakeError::CannotUnwrap);
     }
+    if settings.pages != PageRule::None && matches!(settings.layout, LayoutChoice::Vertex | LayoutChoice::Unwrap) {
+        return Err(BakeError::PagesWithLayout(settings.layout));
+    }
     if !unwraps {
         // A missing layout is reported before the time for denoising is spent.
         request.atlas()?;
@@ -181,7 +186,7 @@ fn bake_layout(
     let mut draft = Draft::new(request, displacements, original)?;
     draft.measure(request, displacements)?;
     if let Some(fallback) = draft.fallback(request) {
-        let settings = BakeSettings { layout: LayoutChoice::Vertex, ..request.settings.clone() };
+        let settings = BakeSettings { layout: LayoutChoice::Vertex, pages: PageRule::None, ..request.settings.clone() };
         let bundle = bake_layout(&Request { settings: &settings, ..*request }, displacements, None)?;
         return Ok(Bundle { fallback: Some(fallback), ..bundle });
     }

@@ -34,6 +34,7 @@ pub mod manifest;
 pub mod map_size;
 pub mod normal_map;
 pub mod occlusion;
+pub mod pages;
 pub mod per_vertex;
 pub mod tangents;
 

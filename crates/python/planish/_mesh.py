@@ -317,7 +317,7 @@ def bake(
     a texel of its own.
 
     ``options`` are the parameters of the method, those of :func:`planish.denoise` (``preset``, ``fix``, ``max_displacement``,
-    ``preserve_volume``, ``mask``, ``direction``, ``progress``), and those of ``planish bake`` with underscores: ``size``, ``max_size``, ``layout``, ``normals``,
+    ``preserve_volume``, ``mask``, ``direction``, ``progress``), and those of ``planish bake`` with underscores: ``size``, ``max_size``, ``layout``, ``pages``, ``normals``,
     ``map``, ``space``, ``tolerance``, ``interpolation``, ``texels``, ``bits``, ``format``, ``normal_convention``, ``no_glb``.
     ``target`` (#v×3, model units) is the result of any other denoiser, to which the map leads instead. ``name`` is how the names
     of the files begin; a mesh from a file has its own, and needs ``folder`` if the files shall not lie in ./NAME-planish.

@@ -156,8 +156,25 @@ class Bundle:
 
     @cached_property
     def heights(self) -> NDArray[np.float64]:
-        """Heights bias + scale · texel as the file has them (H×W, model units, row 0 on top); vectors are H×W×3."""
+        """Heights bias + scale · texel as the file has them (H×W, model units, row 0 on top); vectors are H×W×3.
+
+        With pages these are the heights of the first one; :attr:`pages` has all of them.
+        """
         return self._native.heights()
+
+    @cached_property
+    def pages(self) -> Mapping[str, NDArray[np.float64]]:
+        """Heights of each page, in the form of :attr:`heights`, by its tile or material; empty if the map has one image."""
+        return {name: self._native.heights(page) for page, name in enumerate(self._page_names())}
+
+    @cached_property
+    def page_normal_maps(self) -> Mapping[str, NDArray[np.uint8] | None]:
+        """Normal map of each page, in the form of :attr:`normal_map`, by its tile or material; empty if the map has one image."""
+        return {name: self._native.normal_map(page) for page, name in enumerate(self._page_names())}
+
+    def _page_names(self) -> list[str]:
+        maps = self.manifest.get("pages", {}).get("maps", [])
+        return [str(page["tile"]) if "tile" in page else page["material"] for page in maps]
 
     @cached_property
     def normal_map(self) -> NDArray[np.uint8] | None:

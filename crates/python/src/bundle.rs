@@ -7,6 +7,7 @@ use planish_files::bake_files::Baked;
 use planish_files::failure::Failure;
 use planish_files::output::{self, Folder};
 use planish_geometry::map::displacement::Displacement;
+use planish_geometry::map::manifest::PageEntry;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use std::path::PathBuf;
@@ -29,10 +30,20 @@ impl Bundle {
         found.map(|file| file.bytes.as_slice()).ok_or_else(|| Failure::Input(format!("there is no file `{name}`")))
     }
 
-    fn decoded(&self) -> Result<Displacement, Failure> {
+    /// Entry of a page, by its index; `None` for the one image of a map without pages.
+    fn page(&self, page: usize) -> Result<Option<&PageEntry>, Failure> {
+        let pages = self.baked.bundle.manifest.page_entries();
+        match pages.get(page) {
+            None if page == 0 => Ok(None),
+            None => Err(Failure::Input(format!("`page` is {page}, and the map has {} pages", pages.len().max(1)))),
+            entry => Ok(entry),
+        }
+    }
+
+    fn decoded(&self, page: usize) -> Result<Displacement, Failure> {
         let entry = &self.baked.bundle.manifest.displacement;
-        let bytes = self.bytes(&entry.file)?;
-        Displacement::decode(bytes, entry.map, entry.size(), entry.encoding()).map_err(Failure::internal)
+        let (file, size) = self.page(page)?.map_or((&entry.file, entry.size()), |page| (&page.file, page.size()));
+        Displacement::decode(self.bytes(file)?, entry.map, size, entry.encoding()).map_err(Failure::internal)
     }
 }
 
@@ -61,9 +72,10 @@ impl Bundle {
         self.baked.warnings.clone()
     }
 
-    /// Heights bias + scale · texel as the map has them (H×W, model units, row 0 on top), or vectors (H×W×3).
-    fn heights<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let map = py.detach(|| self.decoded()).map_err(raised)?;
+    /// Heights bias + scale · texel as the map or a page of it has them (H×W, model units, row 0 on top), or vectors (H×W×3).
+    #[pyo3(signature = (page=0))]
+    fn heights<'py>(&self, py: Python<'py>, page: usize) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let map = py.detach(|| self.decoded(page)).map_err(raised)?;
         let (bias, scale) = (f64::from(map.encoding().bias), f64::from(map.encoding().scale));
         let (size, planes) = (map.size(), map.planes());
         let texels = 0..planes.first().map_or(0, Vec::len);
@@ -76,9 +88,12 @@ impl Bundle {
         heights.into_pyarray(py).reshape(shape)
     }
 
-    /// Normal map (H×W×3, 0 to 255, row 0 on top); None if the bake has none.
-    fn normal_map<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<u8>>>> {
-        let Some(entry) = &self.baked.bundle.manifest.normal_map else { return Ok(None) };
+    /// Normal map of the map or of a page of it (H×W×3, 0 to 255, row 0 on top); None if the bake has none.
+    #[pyo3(signature = (page=0))]
+    fn normal_map<'py>(&self, py: Python<'py>, page: usize) -> PyResult<Option<Bound<'py, PyArrayDyn<u8>>>> {
+        let page = self.page(page).map_err(raised)?;
+        let entry = page.map_or(&self.baked.bundle.manifest.normal_map, |page| &page.normal_map);
+        let Some(entry) = entry else { return Ok(None) };
         let bytes = self.bytes(&entry.file).map_err(raised)?;
         let image = py.detach(|| image::load_from_memory(bytes)).map_err(|e| raised(Failure::internal(e)))?;
         let image = image.into_rgb8();

@@ -412,11 +412,10 @@ pub(crate) fn apply<'py>(
     }
     let (source, path, displaced, lambda) = work::run(py, None, |_| {
         let files = MapFiles::read(&manifest, trust)?;
-        let map = files.displacement()?;
         let path = mesh.unwrap_or_else(|| files.carrier());
         let source: Source = if path == files.carrier() { files.carrier_mesh()? } else { input::source(&path, trust)? };
         let lambda = lambda_.unwrap_or(files.manifest.displacement.lambda);
-        let displaced = files.displaced(&map, &source, &path, lambda)?;
+        let displaced = files.displaced(&source, &path, lambda)?;
         Ok((source, path, displaced, lambda))
     })?;
     let model = py.detach(|| Model::new(source, Welding::Exact));

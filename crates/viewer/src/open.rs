@@ -110,6 +110,10 @@ pub fn open(files: &Files, settings: &Settings, progress: &dyn Progress) -> Resu
         }
         (None, None) => None,
     };
+    let pages = map.as_ref().map_or(&[][..], |map: &OpenedMap| map.manifest.page_entries());
+    if pages.iter().any(|page| page.normal_map.is_some()) && files.normal_map.is_none() {
+        warnings.push("the normal maps of pages are not shown, only their heights".to_owned());
+    }
     if let Some(path) = &files.normal_map {
         scene.normal_map = Some(picture(path, Content::Data)?);
     }
@@ -127,8 +131,8 @@ fn needs_map(settings: &Settings) -> bool {
 
 /// Reads the files of a map, and attaches it to the scene.
 fn read_map(scene: &mut Scene, model: &Model, mesh: &Path, files: MapFiles) -> Result<OpenedMap, Failure> {
-    let vertices = files.vertices(model.source(), mesh)?;
-    scene.displacement = Some(model_input::bind_map(model, scene, files.displacement()?, &vertices));
+    let (map, vertices) = files.map_for(model.source(), mesh)?;
+    scene.displacement = Some(model_input::bind_map(model, scene, map, &vertices));
     if let Some(entry) = &files.manifest.normal_map {
         let path = files.path_of(&entry.file);
         scene.normal_map = Some(normal_map(&files.bytes_of(&entry.file, LARGEST_PICTURE)?, entry, &path)?);
@@ -159,9 +163,18 @@ fn attach(scene: &mut Scene, model: &Model, bundle: &Bundle) -> Result<Vec<Shade
     let Bundle { manifest, along, .. } = bundle;
     let bytes = |name: &str| bundle.files.iter().find(|f| f.name == name).map_or(&[][..], |f| &f.bytes);
     let entry = &manifest.displacement;
-    let map = Displacement::decode(bytes(&entry.file), entry.map, entry.size(), entry.encoding());
-    let map = map.map_err(|e| Failure::at(Path::new(&entry.file), e))?;
-    let vertices = displace::model_vertices(model, along, manifest);
+    let decode = |file: &str, size| {
+        let map = Displacement::decode(bytes(file), entry.map, size, entry.encoding());
+        map.map_err(|e| Failure::at(Path::new(file), e))
+    };
+    let mut vertices = displace::model_vertices(model, along, manifest);
+    let map = if manifest.pages.is_some() {
+        let pages = manifest.page_entries().iter().map(|page| decode(&page.file, page.size()));
+        let pages = pages.collect::<Result<Vec<_>, _>>()?;
+        displace::gather(&pages, model.data(), manifest, &mut vertices)
+    } else {
+        decode(&entry.file, entry.size())?
+    };
     scene.displacement = Some(model_input::bind_map(model, scene, map, &vertices));
     let entry = manifest.normal_map.as_ref();
     scene.normal_map = entry.map(|e| normal_map(bytes(&e.file), e, Path::new(&e.file))).transpose()?;

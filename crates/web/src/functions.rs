@@ -150,7 +150,7 @@ pub fn apply(manifest: &str, output: &str, lambda: f64) -> Result<Vec<u8>, Strin
         let files = MapFiles::read(Path::new(manifest), Trust::Folder)?;
         let mesh: PathBuf = files.mesh_for(output);
         let source = files.mesh_at(&mesh)?;
-        let positions = files.displaced(&files.displacement()?, &source, &mesh, lambda)?;
+        let positions = files.displaced(&source, &mesh, lambda)?;
         mesh_output::write(output, &source, &positions, None)
     };
     displaced().map(|written| written.bytes).map_err(words)
@@ -159,9 +159,9 @@ pub fn apply(manifest: &str, output: &str, lambda: f64) -> Result<Vec<u8>, Strin
 /// Texels of a map of heights, 0 to 1, row by row from the top: browsers cut images of 16 bits to 8.
 #[wasm_bindgen]
 pub fn texels(manifest: &str) -> Result<Vec<f32>, String> {
-    let map =
-        MapFiles::read(Path::new(manifest), Trust::Folder).and_then(|files| files.displacement()).map_err(words)?;
-    Ok(map.planes().first().cloned().unwrap_or_default())
+    let images = MapFiles::read(Path::new(manifest), Trust::Folder).and_then(|files| files.decoded_images());
+    let images = images.map_err(words)?;
+    Ok(images.first().and_then(|map| map.planes().first()).cloned().unwrap_or_default())
 }
 
 /// Puts a file into memory.

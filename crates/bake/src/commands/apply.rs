@@ -37,7 +37,6 @@ pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
     let output = Output::open(&args.output, &inputs.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
     console.reserve_stdout([&output])?;
 
-    let map = files.displacement()?;
     let source = match &args.mesh {
         Some(mesh) => input::source(mesh, args.trust.rule())?,
         None => files.mesh_at(&mesh)?,
@@ -45,7 +44,7 @@ pub(crate) fn run(args: &ApplyArgs, console: &Console) -> Result<(), Failure> {
     console.check()?;
     console.stage("displacing");
     let lambda = args.lambda.unwrap_or(entry.lambda);
-    let displaced = files.displaced(&map, &source, &mesh, lambda)?;
+    let displaced = files.displaced(&source, &mesh, lambda)?;
     let moved = source.data().positions().iter().zip(&displaced).map(|(p, q)| p.distance(*q));
     let max_displacement = moved.fold(0.0, f64::max);
     console.stage("writing");

@@ -13,6 +13,7 @@ use planish_geometry::bake::{
 use planish_geometry::map::displacement::{FileFormat, MapKind, TexelFormat};
 use planish_geometry::map::manifest::Manifest;
 use planish_geometry::map::occlusion::Occlusion;
+use planish_geometry::map::pages::PageRule;
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Progress;
 use serde::Serialize;
@@ -92,6 +93,7 @@ pub(crate) fn settings(args: &MapArgs, welding: Welding) -> Result<BakeSettings,
         lambda: Lambda(args.lambda),
         map: map_kind(args)?,
         layout: args.layout,
+        pages: args.pages,
         side: args.size.0,
         largest_side: LargestSide(args.max_size),
         tolerance: Quanta(args.tolerance),
@@ -111,6 +113,12 @@ fn check_layout(args: &MapArgs) -> Result<(), Failure> {
     if layout == LayoutChoice::Vertex && args.size.0.is_some() {
         let reason = "--size does not go with --layout vertex, whose size follows from the number of vertices";
         return Err(Failure::Input(reason.to_owned()));
+    }
+    if args.pages != PageRule::None && matches!(layout, LayoutChoice::Vertex | LayoutChoice::Unwrap) {
+        let (pages, layout) = (args.pages.name(), layout.name());
+        return Err(Failure::Input(format!(
+            "--pages {pages} does not go with --layout {layout}, which makes one image"
+        )));
     }
     if layout == LayoutChoice::Unwrap && !bake::CAN_UNWRAP {
         let reason =

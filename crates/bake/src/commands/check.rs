@@ -45,12 +45,18 @@ pub(crate) fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
     let model = Model::new(source, manifest.welding);
     console.check()?;
     let target = target(&files, &model)?;
-    let image = files.image();
-    let bytes = files.bytes_of(&manifest.displacement.file, input::LARGEST_PICTURE)?;
-    let written = WrittenFiles { displacement: &bytes, carrier: carrier.data() };
+    let read = |name: &str| files.bytes_of(name, input::LARGEST_PICTURE);
+    let images = files.images().into_iter().map(read).collect::<Result<Vec<_>, _>>()?;
+    let images: Vec<&[u8]> = images.iter().map(Vec::as_slice).collect();
+    let written = WrittenFiles { displacement: &images, carrier: carrier.data() };
     let report = bake::check(&model, manifest, &target, written, console).map_err(|e| match e {
         bake::BakeError::Cancelled(_) => Failure::Interrupted,
-        bake::BakeError::Decode(e) => Failure::at(&image, e),
+        bake::BakeError::Decode(e) => Failure::at(&files.path_of(&manifest.displacement.file), e),
+        bake::BakeError::DecodePage { ref page, .. } => {
+            let entry = manifest.page_entries().iter().find(|entry| entry.part.to_string() == *page);
+            Failure::at(&files.path_of(entry.map_or(&manifest.displacement.file, |entry| &entry.file)), e)
+        }
+        bake::BakeError::OtherPages => Failure::at(path, format!("field `pages`: {e}")),
         bake::BakeError::OtherMesh(e) => files.explain(e, &mesh),
         bake::BakeError::OtherCarrier(e) => files.explain(e, &files.carrier()),
         e => Failure::at(&mesh, e),

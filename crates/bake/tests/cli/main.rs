@@ -21,6 +21,7 @@ mod noise;
 mod noise_bench;
 mod outputs;
 mod page;
+mod pages;
 mod quality;
 mod reference;
 mod report;

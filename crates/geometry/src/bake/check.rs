@@ -2,7 +2,7 @@
 
 use super::maps::{self, Frames, Offsets};
 use super::report::{self, Verification};
-use super::{BakeError, BakeTarget};
+use super::{BakeError, BakeTarget, pages};
 use crate::map::Coverage;
 use crate::map::displace;
 use crate::map::displacement::MapKind;
@@ -20,8 +20,8 @@ use glam::Vec2;
 /// Files of a bundle, as read from disk.
 #[derive(Clone, Copy, Debug)]
 pub struct WrittenFiles<'a> {
-    /// Bytes of the displacement map's image file.
-    pub displacement: &'a [u8],
+    /// Bytes of the displacement map's image file, or of those of its pages in their order.
+    pub displacement: &'a [&'a [u8]],
     /// Mesh in the carrier OBJ.
     pub carrier: &'a MeshData,
 }
@@ -56,8 +56,13 @@ pub fn check(
         frames = Frames::new(model, atlas, &displacements.normals).of_vertices;
     }
     let offsets = Offsets::new(model, entry.map, &displacements, &frames);
-    let findings = match (&atlas, entry.layout) {
-        (Some(atlas), Layout::Uv) => {
+    let pages = pages::of_manifest(model, manifest)?;
+    if files.displacement.len() != manifest.page_entries().len().max(1) {
+        return Err(BakeError::OtherPages);
+    }
+    let findings = match (&atlas, &pages, entry.layout) {
+        (Some(atlas), Some(pages), Layout::Uv) => pages::issues(model, atlas, pages, manifest, progress)?,
+        (Some(atlas), None, Layout::Uv) => {
             let coverage = Coverage::new(model.surface(), atlas, entry.size(), progress)?;
             LayoutIssues::of(model.surface(), atlas, &Spacing::new(atlas), &coverage)
         }
@@ -70,11 +75,12 @@ pub fn check(
         frames: &frames,
         offsets: &offsets,
         findings,
-        channels: &[],
-        displacement: files.displacement,
+        pages: pages.as_ref(),
+        channels: Vec::new(),
+        images: files.displacement.to_vec(),
         carrier: files.carrier,
     };
-    Ok(report::measure(&verification, manifest)?)
+    report::measure(&verification, manifest)
 }
 
 /// The model with the texture coordinates of its carrier, whose faces must be the same.

@@ -1,17 +1,21 @@
 //! Manifest of a bake, and statements about the maps in the carrier's materials.
 
-use super::maps::Maps;
+use super::maps::{MapImage, Maps};
+use super::pages::{Paging, RULE};
 use super::{Request, VertexDisplacements};
 use crate::denoise::auto::DenoiseChoice;
+use crate::denoise::limits::Mask;
 use crate::map::displace;
 use crate::map::manifest::{
-    Carrier, Clients, DominantUv, Layout, Manifest, MapEntry, NormalMapEntry, PrivateTexel, Report, SourceEntry,
-    UvSource,
+    Carrier, Clients, DominantUv, Layout, Manifest, MapEntry, NormalMapEntry, PageEntry, PagesEntry, PrivateTexel,
+    Report, SourceEntry, UvSource,
 };
+use crate::map::pages::Part;
 use crate::mesh::atlas::Atlas;
 use crate::mesh::jagged::Index;
 use crate::source::materials::{self, MapStatements};
 use crate::source::model::Model;
+use std::collections::BTreeSet;
 
 /// Manifest without checksums, carrier and report, which are known only when the files are made.
 pub(super) fn manifest_of(
@@ -21,16 +25,21 @@ pub(super) fn manifest_of(
     maps: &Maps,
 ) -> Manifest {
     let Request { model, names, settings, .. } = *request;
-    let size = maps.size;
     let is_uv = maps.plan.is_uv();
-    let normal_map = maps.normal_map.as_ref().map(|(_, size)| NormalMapEntry {
-        file: format!("{}.normal.png", names.stem),
-        width: size.width,
-        height: size.height,
-        convention: settings.convention,
-    });
+    let pages = maps.paging.as_ref().map(|paging| pages_entry(request, paging, maps));
+    let one = maps.images.first().filter(|_| pages.is_none());
+    let private_texels = one.map_or_else(Vec::new, |image| private_texels(model, image));
+    let extension = settings.texel.file().extension();
+    let (file, size) = match &pages {
+        Some(pages) => (pages.maps[0].file.clone(), pages.maps[0].size()),
+        None => (format!("{}.displacement.{extension}", names.stem), maps.images[0].size),
+    };
     Manifest {
-        planish: if maps.private.is_empty() { 1 } else { 2 },
+        planish: match (&pages, private_texels.as_slice()) {
+            (Some(_), _) => 3,
+            (None, [_, ..]) => 2,
+            (None, []) => 1,
+        },
         source: SourceEntry {
             file: names.source.clone(),
             sha256: String::new(),
@@ -43,7 +52,7 @@ pub(super) fn manifest_of(
         welding: settings.welding,
         normals: displacements.source,
         displacement: MapEntry {
-            file: format!("{}.displacement.{}", names.stem, settings.texel.file().extension()),
+            file,
             map: settings.map,
             layout: if is_uv { Layout::Uv } else { Layout::Vertex },
             interpolation: is_uv.then_some(settings.interpolation),
@@ -57,9 +66,10 @@ pub(super) fn manifest_of(
             lambda: settings.lambda.0,
             origin: displace::origin(model.surface().bounds()),
         },
-        dominant_uv: atlas.filter(|_| is_uv).map(|atlas| dominant_uv(model, atlas)),
-        private_texels: private_texels(model, maps),
-        normal_map,
+        dominant_uv: atlas.filter(|_| is_uv && pages.is_none()).map(|atlas| dominant_uv(model, atlas)),
+        private_texels,
+        pages,
+        normal_map: one.and_then(|image| normal_map(request, image, format!("{}.normal.png", names.stem))),
         occlusion: None,
         curvature: None,
         carrier: Carrier::default(),
@@ -69,29 +79,90 @@ pub(super) fn manifest_of(
     }
 }
 
-/// Statements that reference the maps in the carrier's materials.
+/// Statements that reference the maps in a material of the carrier.
 ///
 /// A client samples every map that a material names at the texture coordinates of the mesh, so the displacement map is
-/// named only if it was baked for those.
-pub(super) fn statements(manifest: &Manifest, has_own_uvs: bool) -> MapStatements<'_> {
+/// named only if it was baked for those. A material has one image, so it names a page if that is the page of the material.
+pub(super) fn statements<'a>(manifest: &'a Manifest, has_own_uvs: bool, material: &str) -> MapStatements<'a> {
+    let is_of_material = |page: &&PageEntry| matches!(&page.part, Part::Material(name) if name == material);
+    let page = manifest.page_entries().iter().find(is_of_material);
+    if manifest.pages.is_some() && page.is_none() {
+        return MapStatements::default();
+    }
+    let (file, normal_map) = match page {
+        Some(page) => (&page.file, &page.normal_map),
+        None => (&manifest.displacement.file, &manifest.normal_map),
+    };
     // Where most vertices read private texels, the rest of the map would be more wrong than none.
     let has_places = 2 * manifest.report.private_vertices <= manifest.source.vertices;
     let fits_uvs = (manifest.displacement.layout == Layout::Uv && has_places) || !has_own_uvs;
     let displacement = manifest.clients.mtl.filter(|_| fits_uvs).map(|mtl| materials::DisplacementStatement {
-        file: &manifest.displacement.file,
+        file,
         base: mtl.base,
         gain: mtl.gain,
     });
-    MapStatements { displacement, normal: manifest.normal_map.as_ref().map(|map| map.file.as_str()) }
+    MapStatements { displacement, normal: normal_map.as_ref().map(|map| map.file.as_str()) }
+}
+
+/// Entry of the normal map of an image.
+fn normal_map(request: &Request, image: &MapImage, file: String) -> Option<NormalMapEntry> {
+    let (_, size) = image.normal_map.as_ref()?;
+    let convention = request.settings.convention;
+    Some(NormalMapEntry { file, width: size.width, height: size.height, convention })
+}
+
+/// Entries of the pages.
+fn pages_entry(request: &Request, paging: &Paging, maps: &Maps) -> PagesEntry {
+    let Request { model, names, settings, .. } = *request;
+    let extension = settings.texel.file().extension();
+    let mut vertices = vec![Vec::new(); maps.images.len()];
+    for (source, v) in (0..).zip(model.weld().vertex_of()) {
+        if let Some(page) = paging.of_vertices[*v as usize] {
+            vertices[page as usize].push(source);
+        }
+    }
+    let file_names = file_names(paging.pages.parts());
+    let entry = |(page, vertices): (usize, Vec<Index>)| {
+        let (image, name) = (&maps.images[page], &file_names[page]);
+        PageEntry {
+            part: paging.pages.parts()[page].clone(),
+            file: format!("{}.displacement.{name}.{extension}", names.stem),
+            width: image.size.width,
+            height: image.size.height,
+            normal_map: normal_map(request, image, format!("{}.normal.{name}.png", names.stem)),
+            vertices: Mask::of_indices(vertices),
+            seam_vertices: paging.seam_vertices[page].clone(),
+            private_texels: private_texels(model, image),
+        }
+    };
+    PagesEntry {
+        by: settings.pages,
+        rule: RULE.to_owned(),
+        maps: vertices.into_iter().enumerate().map(entry).collect(),
+    }
+}
+
+/// Words for the parts in names of files: different ones, without what file systems do not allow.
+fn file_names(parts: &[Part]) -> Vec<String> {
+    let mut taken = BTreeSet::new();
+    let name = |part: &Part| {
+        let is_plain = |c: char| c.is_alphanumeric() || "-_+=@".contains(c);
+        let name: String = part.to_string().chars().take(80).map(|c| if is_plain(c) { c } else { '_' }).collect();
+        let numbered = (2..).map(|k: usize| format!("{name}-{k}"));
+        let mut free = std::iter::once(name.clone()).chain(numbered);
+        // File systems may not tell cases apart.
+        free.find(|name| taken.insert(name.to_lowercase())).unwrap_or(name)
+    };
+    parts.iter().map(name).collect()
 }
 
 /// Lists the private texels of source vertices.
-fn private_texels(model: &Model, maps: &Maps) -> Vec<PrivateTexel> {
+fn private_texels(model: &Model, image: &MapImage) -> Vec<PrivateTexel> {
     let mut of_vertex = vec![None; model.surface().positions().len()];
-    for &[v, texel] in &maps.private {
+    for &[v, texel] in &image.private {
         of_vertex[v as usize] = Some(texel);
     }
-    let width = maps.size.width;
+    let width = image.size.width;
     let entry = |(vertex, v): (Index, &Index)| {
         let texel = of_vertex[*v as usize]?;
         Some(PrivateTexel { vertex, column: texel % width, row: texel / width })

@@ -68,8 +68,9 @@ impl Draft {
             frames: &self.maps.frames,
             offsets: &self.maps.offsets,
             findings: self.maps.findings.clone(),
-            channels: &self.maps.channels,
-            displacement: &self.maps.displacement,
+            pages: self.maps.paging.as_ref().map(|paging| &paging.pages),
+            channels: self.maps.images.iter().map(|image| image.channels.as_slice()).collect(),
+            images: self.maps.images.iter().map(|image| image.displacement.as_slice()).collect(),
             carrier: self.carrier.obj.data(),
         };
         self.manifest.report = report::measure(&verification, &self.manifest)?;
@@ -85,7 +86,8 @@ impl Draft {
         if !must_be_exact || unresolved == 0 || !self.maps.plan.is_uv() {
             return None;
         }
-        let (side, vertices) = (self.maps.size.width, request.model.surface().positions().len());
+        let side = self.maps.images.iter().map(|image| image.size.width).max().unwrap_or(0);
+        let vertices = request.model.surface().positions().len();
         let choice =
             MapSizeChoice { side, vertices, left: unresolved, reason: MapSizeReason::AlmostExact, largest: side };
         let problems = self.maps.findings.problems().into_iter().chain(self.maps.findings.crowding()).collect();
@@ -103,8 +105,8 @@ impl Draft {
         self.manifest.occlusion = self.shading.occlusion.as_ref().map(|map| map.entry.clone());
         self.manifest.curvature = self.shading.curvature.as_ref().map(|map| map.entry.clone());
         let has_uvs = self.atlas.is_some();
-        let statements = statements(&self.manifest, has_uvs);
-        let library = materials::carrier_library(model.data(), side_files.libraries, &statements, side_files.relocate);
+        let statements = |material: &str| statements(&self.manifest, has_uvs, material);
+        let library = materials::carrier_library(model.data(), side_files.libraries, statements, side_files.relocate);
         let glb = self.manifest.carrier.glb.as_ref().map(|_| {
             progress.stage("glTF");
             carrier::glb(request, &displacements.normals, &self)
@@ -113,9 +115,14 @@ impl Draft {
         progress.check()?;
         let Self { carrier, maps, shading, mut manifest, .. } = self;
         let file = |name: &str, bytes| BundleFile { name: name.to_owned(), bytes };
-        let mut files = vec![file(&manifest.displacement.file, maps.displacement)];
-        if let (Some(entry), Some((image, _))) = (&manifest.normal_map, maps.normal_map) {
-            files.push(file(&entry.file, image));
+        let mut files = Vec::new();
+        for (page, image) in maps.images.into_iter().enumerate() {
+            let (name, normal_map) = match manifest.page_entries().get(page) {
+                Some(entry) => (&entry.file, &entry.normal_map),
+                None => (&manifest.displacement.file, &manifest.normal_map),
+            };
+            files.push(file(name, image.displacement));
+            files.extend(normal_map.as_ref().zip(image.normal_map).map(|(entry, map)| file(&entry.file, map.0)));
         }
         files.extend(shading.occlusion.map(|map| file(&map.entry.map.file, map.image)));
         files.extend(shading.curvature.map(|map| file(&map.entry.map.file, map.image)));

@@ -1,6 +1,5 @@
 //! Errors of a bake.
 
-#[cfg(doc)]
 use super::LayoutChoice;
 use crate::bake::gltf::GltfError;
 use crate::denoise::limits::LimitsError;
@@ -8,6 +7,7 @@ use crate::map::displace::MeshError;
 #[cfg(doc)]
 use crate::map::displacement::MapKind;
 use crate::map::displacement::{DecodeError, EncodeError};
+use crate::map::pages::TooManyPages;
 use crate::mesh::atlas::AtlasError;
 use crate::mesh::jagged::Index;
 use crate::progress::Cancelled;
@@ -72,6 +72,23 @@ pub enum BakeError {
     /// The mesh has other elements than the manifest says.
     #[error(transparent)]
     OtherMesh(#[from] MeshError),
+    /// The mesh would need too many pages.
+    #[error(transparent)]
+    TooManyPages(#[from] TooManyPages),
+    /// Pages need the texture coordinates of the mesh.
+    #[error("pages do not go with the layout `{}`", .0.name())]
+    PagesWithLayout(LayoutChoice),
+    /// An image file of a page could not be decoded.
+    #[error("page {page}: {error}")]
+    DecodePage {
+        /// Name of the part that has the page.
+        page: String,
+        /// Reason.
+        error: DecodeError,
+    },
+    /// The mesh has other parts than the manifest says.
+    #[error("the pages of the manifest are not the parts of the mesh")]
+    OtherPages,
     /// The carrier has other elements than the manifest says.
     #[error("the carrier {0}")]
     OtherCarrier(MeshError),

@@ -32,6 +32,7 @@ mod materials;
 mod wedges;
 
 use crate::map::manifest::Layout;
+use crate::map::pages;
 use crate::mesh::jagged::Index;
 use crate::source::Source;
 use crate::source::colours;
@@ -40,6 +41,7 @@ use crate::source::model::Model;
 use glam::{DVec3, Vec2, Vec3};
 use materials::Materials;
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 use serde_json::{Map as Object, Value, json};
 use wedges::Wedges;
 
@@ -69,8 +71,10 @@ pub struct Carrier<'a> {
     pub lambda: f64,
     /// Materials of all libraries, in the order in which the mesh names them.
     pub materials: &'a [Material],
-    /// Displacement map.
+    /// Displacement map; with pages, the first of them.
     pub map: Map<'a>,
+    /// Pages of the map; `None` if it has one image.
+    pub pages: Option<Pages<'a>>,
     /// Function that turns the path of a texture into one from the folder of the carrier.
     pub relocate: &'a (dyn Fn(&str) -> String + Sync),
     /// Description of the normal map for clients, as `extras.planish.normalMap` of each material.
@@ -80,6 +84,17 @@ pub struct Carrier<'a> {
     pub occlusion: Option<ShadingMap<'a>>,
     /// Curvature map.
     pub curvature: Option<ShadingMap<'a>>,
+}
+
+/// Pages of a displacement map. Each becomes primitives of its own, because a primitive has one texture.
+#[derive(Clone)]
+pub struct Pages<'a> {
+    /// Page of each face.
+    pub of_faces: &'a pages::Pages,
+    /// Images of the pages, each with the description of its normal map.
+    pub maps: Vec<(Map<'a>, Value)>,
+    /// Texture coordinates, v up, at which a source vertex samples a page that is not its own, by page and source vertex.
+    pub copies: FxHashMap<[Index; 2], Vec2>,
 }
 
 /// A map of the shading of the denoised surface as an image file, with its description.
@@ -130,10 +145,10 @@ pub enum GltfError {
     TooLarge(#[from] TooLarge),
 }
 
-/// Writes the surface of a carrier as a `.glb` file: one mesh with a primitive for each material that has faces.
+/// Writes the surface of a carrier as a `.glb` file: one mesh with a primitive for each page and material that have faces.
 /// Textures that are PNG or JPEG files are embedded, others are left out.
 ///
-/// A model that came as glTF keeps its document: the vertices get the normals, samples and target in addition.
+/// A model that came as glTF keeps its document, unless the map has pages: the vertices get the normals, samples and target in addition.
 ///
 /// Vertices are the distinct pairs of source vertex and texture coordinates at corners of the triangles, in the order of
 /// the source; positions are the welded ones. Texture coordinates have v down. `TEXCOORD_0` is (0, 0) where a corner names
@@ -150,7 +165,8 @@ pub enum GltfError {
 /// If a list has not the length that its field states.
 pub fn glb(carrier: &Carrier, textures: Textures) -> Result<Vec<u8>, GltfError> {
     let model = carrier.model;
-    if let Source::Gltf(file) = model.source()
+    // A document has one primitive where several pages may meet.
+    if let (Source::Gltf(file), None) = (model.source(), &carrier.pages)
         && let Some(kept) = kept::glb(carrier, file, textures)?
     {
         return Ok(kept);
@@ -160,7 +176,8 @@ pub fn glb(carrier: &Carrier, textures: Textures) -> Result<Vec<u8>, GltfError> 
     assert_eq!(carrier.denoised.len(), vertices, "one denoised position for each vertex");
     assert_eq!(carrier.denoised_normals.len(), vertices, "one denoised normal for each vertex");
     assert_eq!(carrier.sample_at.len(), model.data().positions().len(), "one sample for each source vertex");
-    let wedges = Wedges::new(model);
+    let page_of = |face: Index| carrier.pages.as_ref().map_or(0, |pages| pages.of_faces.of_face(face));
+    let wedges = Wedges::new(model, &page_of);
     let triangles = wedges.triangles(model);
     // Each wedge takes four vectors and two texture coordinates, each triangle three indices.
     let expected = wedges.len() * 64 + triangles.items().len() * 12 + carrier.map.bytes.len();
@@ -176,11 +193,12 @@ pub fn glb(carrier: &Carrier, textures: Textures) -> Result<Vec<u8>, GltfError> 
         let mut materials = Materials::new(&mut buffer, carrier, wedges.have_uvs().then_some(textures));
         let mut primitives = Vec::new();
         for (list, triangles) in (0..).zip(triangles.iter()).filter(|(_, triangles)| !triangles.is_empty()) {
-            let material = Index::checked_sub(list, 1);
+            let lists = model.data().materials().len() as Index + 1;
+            let (page, material) = (list / lists, Index::checked_sub(list % lists, 1));
             primitives.push(json!({
                 "attributes": attributes,
                 "indices": buffer.indices(triangles, wedges.len()),
-                "material": materials.add(&mut buffer, material),
+                "material": materials.add(&mut buffer, page, material),
                 "targets": [target],
             }));
         }
@@ -220,10 +238,12 @@ fn attributes(carrier: &Carrier, wedges: &Wedges, buffer: &mut glb::Buffer) -> R
     let (position, normal) = (vectors(&position)?, vectors(&normal)?);
     let target = json!({ "POSITION": vectors(&position_change)?, "NORMAL": vectors(&normal_change)? });
 
-    let sample_at =
-        |source: &Index| carrier.sample_at[*source as usize].map_or(Vec2::ZERO, |p| Vec2::new(p.x, 1.0 - p.y));
-    let samples =
-        buffer.attribute(&wedges.sources.par_iter().map(|source| finite(sample_at(source))).collect::<Vec<_>>());
+    let sample_at = |(source, page): (&Index, &Index)| {
+        let copy = carrier.pages.as_ref().and_then(|pages| pages.copies.get(&[*page, *source]).copied());
+        finite(copy.or(carrier.sample_at[*source as usize]).map_or(Vec2::ZERO, |p| Vec2::new(p.x, 1.0 - p.y)))
+    };
+    let sources = wedges.sources.par_iter().zip(&wedges.pages);
+    let samples = buffer.attribute(&sources.map(sample_at).collect::<Vec<_>>());
     let uv = |vt: Index| {
         let uv = model.data().uvs()[vt as usize];
         finite(Vec2::new(uv.x as f32, (1.0 - uv.y) as f32))

@@ -41,6 +41,13 @@ pub enum Fallback {
         /// Sum of the areas of the faces in the texture, in areas of the whole texture.
         layers: usize,
     },
+    /// A page has too little space.
+    Page {
+        /// Name of the page.
+        page: String,
+        /// Reason why the page cannot be used.
+        reason: Box<Fallback>,
+    },
     /// The texture coordinates leave too little space for the heights of all vertices.
     Layout {
         /// Largest size that was tried, and how many vertices it left unresolved.
@@ -63,6 +70,7 @@ impl std::fmt::Display for Fallback {
                     "charts overlap: the faces together have {layers} times the area of the texture; an unwrap without overlaps would help"
                 )
             }
+            Self::Page { page, reason } => write!(f, "page {page}: {reason}"),
             Self::Layout { choice, problems } => {
                 write!(f, "in the texture coordinates of the mesh ")?;
                 match choice.reason {

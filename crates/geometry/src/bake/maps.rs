@@ -1,18 +1,21 @@
 //! Displacement map and normal map of a bake.
 
 use super::layout::{self, Places, Plan};
+use super::pages::{self, Paging};
 use super::{BakeError, Request, VertexDisplacements};
 use crate::map::displacement::{self, Displacement, Encoding, MapKind};
 use crate::map::layout_issues::LayoutIssues;
 use crate::map::map_size::{self, MapSizeChoice, MapSizeReason, Spacing};
 use crate::map::normal_map::{self, SharedTexels, TangentFrames};
+use crate::map::pages::Pages;
 use crate::map::private_texels::{self, Room};
 use crate::map::tangents::{self, Tangent};
-use crate::map::{self, Coverage, HeightMap, Size, Texels, TextureLayout, per_vertex};
+use crate::map::{self, Coverage, HeightMap, Size, TextureLayout, per_vertex};
 use crate::mesh::atlas::Atlas;
 use crate::mesh::jagged::Index;
 use crate::source::model::Model;
 use glam::{DMat3, DVec3, Vec3};
+use std::cell::OnceCell;
 
 /// Displacements that a map has to hold, as positions and as the numbers of its channels.
 pub(super) struct Offsets {
@@ -61,19 +64,27 @@ pub(super) struct Maps {
     /// Tangent frame of each vertex; empty unless the map is in tangent space. #V
     pub(super) frames: Vec<Tangent>,
     pub(super) plan: Plan,
-    pub(super) size: Size,
     pub(super) encoding: Encoding,
+    pub(super) findings: LayoutIssues,
+    /// Images of the map: one, or one for each page.
+    pub(super) images: Vec<MapImage>,
+    /// Division into pages; `None` if there is one image.
+    pub(super) paging: Option<Paging>,
+    /// Texels in which the shading of the surface has space; `None` if one texel would have to hold several places, and with pages.
+    pub(super) coverage: Option<Coverage>,
+}
+
+/// Image of a map or of one of its pages, and its normal map.
+pub(super) struct MapImage {
+    pub(super) size: Size,
     /// Texels of each channel before encoding, model units.
     pub(super) channels: Vec<HeightMap>,
     /// Pairs of a vertex and its private texel, ascending.
     pub(super) private: Vec<[Index; 2]>,
-    pub(super) findings: LayoutIssues,
     /// Image file of the displacement map.
     pub(super) displacement: Vec<u8>,
     /// Image file of the normal map and its size; `None` if the layout has no space for one.
     pub(super) normal_map: Option<(Vec<u8>, Size)>,
-    /// Texels in which the shading of the surface has space; `None` if one texel would have to hold several places.
-    pub(super) coverage: Option<Coverage>,
 }
 
 impl Maps {
@@ -97,44 +108,87 @@ impl Maps {
         if offsets.channels.iter().flatten().any(|h| !(*h as f32).is_finite()) {
             return Err(BakeError::NotFinite);
         }
-        progress.stage("spacing");
-        let spacing = atlas.map(Spacing::new);
-        let layout = atlas.zip(spacing.as_ref());
-        let plan = Plan::make(model.surface(), layout, &offsets.channels, settings, progress)?;
-        let (plan, filled) = fill(request, plan, layout, &offsets.channels)?;
-        let Filled { channels, private, findings, for_normals } = filled;
-        progress.stage("encoding");
-        let [low, high] = range(&channels);
-        let encoding = Encoding::covering(low.into(), high.into(), settings.texel);
-        let displacement = Displacement::encode(&channels, settings.map, encoding).to_bytes()?;
-        let normal_map = match (atlas, &for_normals) {
-            (Some(atlas), Some((coverage, shared))) => {
-                progress.stage("tangent frames");
-                let normals = &displacements.normals;
-                let frames = of_corners.unwrap_or_else(|| tangents::tangents(model.surface(), atlas, normals));
-                progress.check()?;
-                let denoised = apply_offsets(model, &offsets.positions, settings.lambda.0);
-                let layout = TextureLayout { surface: model.surface(), atlas, coverage };
-                let frames = TangentFrames { normals, tangents: &frames };
-                Some(bake_normal_map(request, (layout, *shared), frames, denoised)?)
-            }
-            _ => None,
+        let of_corners = of_corners.map_or_else(OnceCell::new, OnceCell::from);
+        let normals = NormalMaps { request, atlas, displacements, offsets: &offsets, of_corners };
+        let Texels { plan, filled, paging } = match (atlas, Pages::of(model.data(), settings.pages)?) {
+            (Some(atlas), Some(pages)) => pages::fill(request, atlas, pages, &offsets.channels, &normals)?,
+            _ => fill_one(request, atlas, &offsets.channels, &normals)?,
         };
-        let size = channels[0].size;
-        let coverage = for_normals.map(|(coverage, _)| coverage);
-        Ok(Self {
-            offsets,
-            frames,
-            plan,
-            size,
-            encoding,
-            channels,
-            private,
-            findings,
-            displacement,
-            normal_map,
-            coverage,
-        })
+        progress.stage("encoding");
+        let [low, high] = range(filled.iter().flat_map(|filled| &filled.channels));
+        let encoding = Encoding::covering(low.into(), high.into(), settings.texel);
+        let texels = |filled: &Filled| filled.channels[0].size.texels();
+        let findings = match &paging {
+            Some(paging) => {
+                let of_pages: Vec<_> = filled.iter().map(|filled| (filled.findings.clone(), texels(filled))).collect();
+                LayoutIssues::of_pages(&of_pages, paging.unmapped_vertices)
+            }
+            None => filled[0].findings.clone(),
+        };
+        let coverage = if paging.is_none() { filled[0].coverage.clone() } else { None };
+        let image = |filled: Filled| {
+            let Filled { channels, private, normal_map, .. } = filled;
+            let displacement = Displacement::encode(&channels, settings.map, encoding).to_bytes()?;
+            Ok(MapImage { size: channels[0].size, channels, private, displacement, normal_map })
+        };
+        let images = filled.into_iter().map(image).collect::<Result<_, BakeError>>()?;
+        Ok(Self { offsets, frames, plan, encoding, findings, images, paging, coverage })
+    }
+}
+
+/// Texels of a map before encoding.
+pub(super) struct Texels {
+    pub(super) plan: Plan,
+    /// Texels of the map, or of each page.
+    pub(super) filled: Vec<Filled>,
+    pub(super) paging: Option<Paging>,
+}
+
+/// Fills the one image of a map.
+fn fill_one(
+    request: &Request,
+    atlas: Option<&Atlas>,
+    channels: &[Vec<f64>],
+    normals: &NormalMaps,
+) -> Result<Texels, BakeError> {
+    let Request { model, settings, progress, .. } = *request;
+    progress.stage("spacing");
+    let spacing = atlas.map(Spacing::new);
+    let is_used = |v| !model.surface().topology().is_isolated(v);
+    let vertices = model.surface().positions().len();
+    let place = |(atlas, spacing)| Placed { atlas, spacing, is_used: &is_used, vertices };
+    let placed = atlas.zip(spacing.as_ref()).map(place);
+    let plan = Plan::make(model.surface(), placed.map(Placed::layout), channels, settings, progress)?;
+    let (plan, mut filled) = fill(request, plan, placed, channels)?;
+    normals.add(&mut filled)?;
+    Ok(Texels { plan, filled: vec![filled], paging: None })
+}
+
+/// What the normal maps are made from.
+pub(super) struct NormalMaps<'a> {
+    request: &'a Request<'a>,
+    atlas: Option<&'a Atlas>,
+    displacements: &'a VertexDisplacements,
+    offsets: &'a Offsets,
+    /// Frames at the corners of each triangle, once they are needed. #T×3
+    of_corners: OnceCell<Vec<[Tangent; 3]>>,
+}
+
+impl NormalMaps<'_> {
+    /// Bakes the normal map of texels that have space for one.
+    pub(super) fn add(&self, filled: &mut Filled) -> Result<(), BakeError> {
+        let Some((atlas, (coverage, shared))) = self.atlas.zip(filled.for_normals.take()) else { return Ok(()) };
+        let Request { model, settings, progress, .. } = *self.request;
+        progress.stage("tangent frames");
+        let normals = &self.displacements.normals;
+        let frames = self.of_corners.get_or_init(|| tangents::tangents(model.surface(), atlas, normals));
+        progress.check()?;
+        let denoised = apply_offsets(model, &self.offsets.positions, settings.lambda.0);
+        let layout = TextureLayout { surface: model.surface(), atlas, coverage: &coverage };
+        let frames = TangentFrames { normals, tangents: frames };
+        filled.normal_map = Some(bake_normal_map(self.request, (layout, shared), frames, denoised)?);
+        filled.coverage = Some(coverage);
+        Ok(())
     }
 }
 
@@ -155,43 +209,73 @@ impl Frames {
     }
 }
 
-/// Texels of a displacement map, before encoding.
-struct Filled {
-    channels: Vec<HeightMap>,
+/// Texels of an image of a displacement map, before encoding, and its normal map.
+pub(super) struct Filled {
+    pub(super) channels: Vec<HeightMap>,
     /// Pairs of a vertex and its private texel, ascending.
-    private: Vec<[Index; 2]>,
-    findings: LayoutIssues,
-    /// Texels of the normal map; `None` if one texel would have to hold several normals.
+    pub(super) private: Vec<[Index; 2]>,
+    pub(super) findings: LayoutIssues,
+    /// Texels of the normal map until it is baked; `None` if one texel would have to hold several normals.
     for_normals: Option<(Coverage, SharedTexels)>,
+    /// Texels of the normal map when it is baked.
+    pub(super) coverage: Option<Coverage>,
+    normal_map: Option<(Vec<u8>, Size)>,
+}
+
+impl Filled {
+    fn new(
+        channels: Vec<HeightMap>,
+        private: Vec<[Index; 2]>,
+        findings: LayoutIssues,
+        for_normals: Option<(Coverage, SharedTexels)>,
+    ) -> Self {
+        Self { channels, private, findings, for_normals, coverage: None, normal_map: None }
+    }
+}
+
+/// Layout of the vertices of a map, or of one of its pages.
+#[derive(Clone, Copy)]
+pub(super) struct Placed<'a> {
+    pub(super) atlas: &'a Atlas,
+    pub(super) spacing: &'a Spacing,
+    /// True for vertices that the image has to serve.
+    pub(super) is_used: &'a dyn Fn(Index) -> bool,
+    /// Number of vertices.
+    pub(super) vertices: usize,
+}
+
+impl<'a> Placed<'a> {
+    pub(super) fn layout(self) -> (&'a Atlas, &'a Spacing) {
+        (self.atlas, self.spacing)
+    }
 }
 
 /// Bakes channels (#V each, model units) as planned, or with one texel for each vertex where the plan has no room. Returns the
 /// plan that was followed.
-fn fill(
+pub(super) fn fill(
     request: &Request,
     plan: Plan,
-    layout: Option<(&Atlas, &Spacing)>,
+    placed: Option<Placed>,
     channels: &[Vec<f64>],
 ) -> Result<(Plan, Filled), BakeError> {
     let Request { model, progress, .. } = *request;
-    let atlas = layout.map(|layout| layout.0);
-    let plan = match (plan, layout) {
-        (Plan::Uv { sides, choice, places: Places::Own }, Some(layout)) => {
-            let filled = at_uvs(request, layout, channels, sides[0])?;
+    let plan = match (plan, placed) {
+        (Plan::Uv { sides, choice, places: Places::Own }, Some(placed)) => {
+            let filled = at_uvs(request, placed.layout(), channels, sides[0])?;
             return Ok((Plan::Uv { sides, choice, places: Places::Own }, filled));
         }
-        (Plan::Uv { sides, choice, places }, Some(layout)) => {
-            if let Some((side, filled)) = with_private_texels(request, layout, channels, &sides)? {
+        (Plan::Uv { sides, choice, places }, Some(placed)) => {
+            if let Some((side, filled)) = with_private_texels(request, placed, channels, &sides)? {
                 let left = filled.private.len();
                 let reason = |choice| MapSizeChoice { side, left, reason: MapSizeReason::PrivateTexels, ..choice };
                 let choice = if left > 0 { choice.map(reason) } else { choice };
                 return Ok((Plan::Uv { sides: vec![side], choice, places }, filled));
             }
-            Plan::Uv { sides, choice, places }.without_room(model.surface(), layout, progress)?
+            Plan::Uv { sides, choice, places }.without_room(model.surface(), placed.layout(), progress)?
         }
         (plan, _) => plan,
     };
-    Ok((plan, at_texels(request, atlas, channels)?))
+    Ok((plan, at_texels(request, placed.map(|placed| placed.atlas), channels)?))
 }
 
 /// Interpolates channels (#V each, model units) over the texels of the charts.
@@ -212,32 +296,32 @@ fn at_uvs(
     let surface = model.surface();
     let coverage = Coverage::new(surface, atlas, Size::square(side), progress)?;
     let mut maps = interpolated(request, TextureLayout { surface, atlas, coverage: &coverage }, channels)?;
-    if settings.texels == Texels::Fitted {
+    if settings.texels == map::Texels::Fitted {
         for (map, channel) in maps.iter_mut().zip(channels) {
             map::fit(map, atlas, channel, layout::exactness(settings), progress)?;
         }
     }
     let findings = LayoutIssues::of(surface, atlas, spacing, &coverage);
     let for_normals = Some((spaced(request, (atlas, spacing), coverage)?, SharedTexels::First));
-    Ok(Filled { channels: maps, private: Vec::new(), findings, for_normals })
+    Ok(Filled::new(maps, Vec::new(), findings, for_normals))
 }
 
 /// Bakes channels (#V each, model units) into the texture coordinates of the mesh, with private texels for the vertices that
 /// would miss their values. Uses the first side with room for them, and returns it; `None` if there is none.
 fn with_private_texels(
     request: &Request,
-    (atlas, spacing): (&Atlas, &Spacing),
+    placed: Placed,
     channels: &[Vec<f64>],
     sides: &[u32],
 ) -> Result<Option<(u32, Filled)>, BakeError> {
     let Request { model, settings, progress, .. } = *request;
     let surface = model.surface();
-    let is_used = |v| !surface.topology().is_isolated(v);
+    let Placed { atlas, spacing, is_used, vertices } = placed;
     for (room, &side) in
         [Room::OutsideCharts, Room::Anywhere].iter().flat_map(|room| sides.iter().map(move |s| (*room, s)))
     {
         let coverage = Coverage::new(surface, atlas, Size::square(side), progress)?;
-        let places = private_texels::Layout { atlas, coverage: &coverage, is_used: &is_used, room };
+        let places = private_texels::Layout { atlas, coverage: &coverage, is_used, room };
         if room == Room::OutsideCharts && !private_texels::may_have_room(places) {
             continue;
         }
@@ -249,9 +333,9 @@ fn with_private_texels(
         let for_normals = if private.is_empty() {
             Some((spaced(request, (atlas, spacing), coverage)?, SharedTexels::First))
         } else {
-            normal_map_coverage(request, atlas, side)?
+            normal_map_coverage(request, (atlas, vertices), side)?
         };
-        return Ok(Some((side, Filled { channels: maps, private, findings, for_normals })));
+        return Ok(Some((side, Filled::new(maps, private, findings, for_normals))));
     }
     Ok(None)
 }
@@ -268,19 +352,16 @@ fn spaced(request: &Request, (atlas, spacing): (&Atlas, &Spacing), coverage: Cov
 }
 
 /// Bakes channels (#V each, model units) with one texel for each source vertex.
-fn at_texels(request: &Request, atlas: Option<&Atlas>, channels: &[Vec<f64>]) -> Result<Filled, BakeError> {
+pub(super) fn at_texels(request: &Request, atlas: Option<&Atlas>, channels: &[Vec<f64>]) -> Result<Filled, BakeError> {
     let Request { model, progress, .. } = *request;
     progress.stage("one texel a vertex");
     let vertex_of = model.weld().vertex_of();
     let channels = channels.iter().map(|channel| per_vertex::bake(channel, vertex_of)).collect();
     let coverage = texel_usage(model, per_vertex::size(vertex_of.len()));
-    let for_normals = atlas.map(|atlas| normal_map_coverage(request, atlas, 0)).transpose()?.flatten();
-    Ok(Filled {
-        channels,
-        private: Vec::new(),
-        findings: LayoutIssues { coverage, ..LayoutIssues::default() },
-        for_normals,
-    })
+    let vertices = model.surface().positions().len();
+    let for_normals = atlas.map(|atlas| normal_map_coverage(request, (atlas, vertices), 0)).transpose()?.flatten();
+    let findings = LayoutIssues { coverage, ..LayoutIssues::default() };
+    Ok(Filled::new(channels, Vec::new(), findings, for_normals))
 }
 
 /// Fraction of the texels that are used if each source vertex has one.
@@ -303,8 +384,8 @@ fn bake_normal_map(
 }
 
 /// Lowest and highest texel of all channels.
-fn range(channels: &[HeightMap]) -> [f32; 2] {
-    let ranges = channels.iter().map(HeightMap::range);
+fn range<'a>(channels: impl Iterator<Item = &'a HeightMap>) -> [f32; 2] {
+    let ranges = channels.map(HeightMap::range);
     ranges.fold([f32::INFINITY, f32::NEG_INFINITY], |[l, h], [low, high]| [l.min(low), h.max(high)])
 }
 
@@ -317,7 +398,7 @@ const MAX_OVERLAP: f64 = 0.01;
 /// than half of the texels of the charts are shared.
 fn normal_map_coverage(
     request: &Request,
-    atlas: &Atlas,
+    (atlas, vertices): (&Atlas, usize),
     side: u32,
 ) -> Result<Option<(Coverage, SharedTexels)>, BakeError> {
     let Request { model, settings, progress, .. } = *request;
@@ -329,8 +410,7 @@ fn normal_map_coverage(
         return Ok(None);
     }
     // In a full layout each vertex gets a block of 4 × 4 texels.
-    let vertices = model.surface().positions().len() as f64;
-    let side = ((4.0 * vertices.sqrt()) as u32)
+    let side = ((4.0 * (vertices as f64).sqrt()) as u32)
         .next_power_of_two()
         .max(side)
         .clamp(256.min(settings.largest_side.0), settings.largest_side.0);

@@ -1,13 +1,14 @@
 //! Report of a bake: errors of the encoded map on the printed carrier.
 
-use super::VertexDisplacements;
 use super::maps::Offsets;
+use super::{BakeError, VertexDisplacements};
 use crate::map::displace::{self, SamplingRule, ShaderVertex};
-use crate::map::displacement::{DecodeError, Displacement, Encoding, SampleAt, TexelFormat, Weights};
+use crate::map::displacement::{Displacement, Encoding, PageSample, SampleAt, TexelFormat, Weights};
 use crate::map::layout_issues::LayoutIssues;
 use crate::map::manifest::{
-    BitsError, Filtered, HeightsLoss, Layout, Manifest, MapErrors, OwnUvErrors, OwnUvs, Report,
+    BitsError, Filtered, HeightsLoss, Layout, Manifest, MapErrors, OwnUvErrors, OwnUvs, PageEntry, Report,
 };
+use crate::map::pages::Pages;
 use crate::map::tangents::Tangent;
 use crate::map::{HeightMap, per_vertex};
 use crate::mesh::jagged::Index;
@@ -16,6 +17,7 @@ use crate::source::model::Model;
 use crate::source::{Corner, MeshData};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// Encoded map and printed carrier, with the values that they are compared with.
 pub(super) struct Verification<'a> {
@@ -27,18 +29,21 @@ pub(super) struct Verification<'a> {
     /// Expected positions of the vertices and expected values of the channels.
     pub(super) offsets: &'a Offsets,
     pub(super) findings: LayoutIssues,
-    /// Texels before encoding, to compare other numbers of bits. If this is empty, the report keeps the earlier comparison.
-    pub(super) channels: &'a [HeightMap],
-    /// Image file of the displacement map.
-    pub(super) displacement: &'a [u8],
+    /// Pages of the map; `None` if it has one image.
+    pub(super) pages: Option<&'a Pages>,
+    /// Texels of each image before encoding, to compare other numbers of bits. If this is empty, the report keeps the earlier
+    /// comparison.
+    pub(super) channels: Vec<&'a [HeightMap]>,
+    /// Image file of the displacement map, or of each page.
+    pub(super) images: Vec<&'a [u8]>,
     /// Carrier, parsed from its printed bytes.
     pub(super) carrier: &'a MeshData,
 }
 
 /// Decodes the map, displaces the carrier as a shader does, and compares the result with the expected positions.
-pub(super) fn measure(verification: &Verification, manifest: &Manifest) -> Result<Report, DecodeError> {
+pub(super) fn measure(verification: &Verification, manifest: &Manifest) -> Result<Report, BakeError> {
     let entry = &manifest.displacement;
-    let map = Displacement::decode(verification.displacement, entry.map, entry.size(), entry.encoding())?;
+    let map = decode(verification, manifest)?;
     let mesh = Mesh::new(verification, manifest);
     let exact = mesh.errors(&map, Weights::Exact);
     // Clients without texel fetches sample the centre of a texel, so this is what eight-bit weights act on.
@@ -75,7 +80,7 @@ pub(super) fn measure(verification: &Verification, manifest: &Manifest) -> Resul
         by_bits: by_bits(verification, manifest, &mesh, max),
         private_vertices: mesh.private_vertices(manifest),
         own_uvs: (entry.layout == Layout::Uv).then(|| OwnUvs {
-            errors: (!manifest.private_texels.is_empty())
+            errors: (mesh.private_vertices(manifest) > 0)
                 .then(|| mesh.own_uv_errors(verification.carrier, &map, |error| !resolved(&error))),
             ..mesh.own_uvs(verification.carrier, &map)
         }),
@@ -92,6 +97,19 @@ pub(super) fn measure(verification: &Verification, manifest: &Manifest) -> Resul
     };
     report.suggestion = suggestion(manifest, &report);
     Ok(report)
+}
+
+/// Reads the images back.
+fn decode(verification: &Verification, manifest: &Manifest) -> Result<Vec<Displacement>, BakeError> {
+    let entry = &manifest.displacement;
+    let Some(pages) = &manifest.pages else {
+        return Ok(vec![Displacement::decode(verification.images[0], entry.map, entry.size(), entry.encoding())?]);
+    };
+    let decode = |(page, bytes): (&PageEntry, &&[u8])| {
+        Displacement::decode(bytes, entry.map, page.size(), entry.encoding())
+            .map_err(|error| BakeError::DecodePage { page: page.part.to_string(), error })
+    };
+    pages.maps.iter().zip(&verification.images).map(decode).collect()
 }
 
 /// Largest error and 99th percentile of ascending errors, model units.
@@ -112,7 +130,8 @@ fn by_bits(verification: &Verification, manifest: &Manifest, mesh: &Mesh, max: f
         let max_error = if other == entry.encoding() {
             max
         } else {
-            mesh.errors(&Displacement::encode(verification.channels, entry.map, other), Weights::Exact).max
+            let encode = |channels: &&[HeightMap]| Displacement::encode(channels, entry.map, other);
+            mesh.errors(&verification.channels.iter().map(encode).collect::<Vec<_>>(), Weights::Exact).max
         };
         BitsError { bits: texel.bits(), max_error }
     };
@@ -140,10 +159,13 @@ fn suggestion(manifest: &Manifest, report: &Report) -> Option<String> {
 }
 
 /// Vertices of the carrier with their expected positions.
+#[derive(Clone)]
 struct Mesh<'a> {
     model: &'a Model,
     /// Vertices as a shader reads them from the carrier. #v
     vertices: Vec<ShaderVertex>,
+    /// Pages that the vertices sample, and where, and the page of each corner of the carrier; `None` if the map has one image.
+    paged: Option<Paged<'a>>,
     /// True for each source vertex that some face names; a shader never processes the others. #v
     drawn: Vec<bool>,
     /// Vertices of the surface that are drawn, and the first source vertex of each.
@@ -151,6 +173,16 @@ struct Mesh<'a> {
     /// Expected position of each vertex. #V×3, model units
     expected: &'a [DVec3],
     origin: DVec3,
+}
+
+/// Samples of a map with pages.
+#[derive(Clone)]
+struct Paged<'a> {
+    entries: &'a [PageEntry],
+    /// Sample of each source vertex. #v
+    samples: Vec<Option<PageSample>>,
+    /// Page of each corner of the carrier. #c
+    of_corners: Vec<Index>,
 }
 
 /// Distances of the displaced vertices from their expected positions, model units.
@@ -165,7 +197,7 @@ struct Errors {
 }
 
 impl<'a> Mesh<'a> {
-    fn new(verification: &Verification<'a>, manifest: &Manifest) -> Self {
+    fn new(verification: &Verification<'a>, manifest: &'a Manifest) -> Self {
         let Verification { model, carrier, offsets, frames, .. } = *verification;
         let entry = &manifest.displacement;
         let mut vertices = displace::carrier_vertices(carrier, &SamplingRule::of(manifest), entry.origin);
@@ -185,24 +217,51 @@ impl<'a> Mesh<'a> {
         }
         let used = (0..topology.vertex_count() as Index).filter(|&v| !topology.is_isolated(v));
         let used = used.filter_map(|v| Some((v, first[v as usize]?))).collect();
-        Self { model, vertices, drawn, used, expected: &offsets.positions, origin: entry.origin }
+        let paged = verification.pages.map(|pages| Paged {
+            entries: manifest.page_entries(),
+            samples: displace::page_samples(carrier, manifest),
+            of_corners: pages.of_corners(carrier),
+        });
+        for (vertex, sample) in vertices.iter_mut().zip(paged.iter().flat_map(|paged| &paged.samples)) {
+            vertex.sample_at = vertex.sample_at.filter(|_| sample.is_some());
+        }
+        Self { model, vertices, paged, drawn, used, expected: &offsets.positions, origin: entry.origin }
     }
 
     /// Copy of these vertices that samples texels by texture coordinates at their centres, not by index.
-    fn at_texel_centres(&self, map: &Displacement) -> Self {
+    fn at_texel_centres(&self, map: &[Displacement]) -> Self {
+        if let Some(paged) = &self.paged {
+            let at_centre = |PageSample { page, at }: PageSample| match at {
+                SampleAt::Texel(texel) => {
+                    PageSample { page, at: SampleAt::Uv(per_vertex::uv(texel, map[page as usize].size())) }
+                }
+                at => PageSample { page, at },
+            };
+            let samples = paged.samples.iter().map(|sample| sample.map(at_centre)).collect();
+            return Self { paged: Some(Paged { samples, ..paged.clone() }), ..self.clone() };
+        }
         let at_centre = |vertex: &ShaderVertex| match vertex.sample_at {
             Some(SampleAt::Texel(texel)) => {
-                ShaderVertex { sample_at: Some(SampleAt::Uv(per_vertex::uv(texel, map.size()))), ..*vertex }
+                ShaderVertex { sample_at: Some(SampleAt::Uv(per_vertex::uv(texel, map[0].size()))), ..*vertex }
             }
             _ => *vertex,
         };
         let vertices = self.vertices.iter().map(at_centre).collect();
-        Self { model: self.model, vertices, drawn: self.drawn.clone(), used: self.used.clone(), ..*self }
+        Self { vertices, ..self.clone() }
+    }
+
+    /// The map that the vertices sample: its one image, or the texels that they sample in its pages.
+    fn sampled<'b>(&self, map: &'b [Displacement], weights: Weights) -> Cow<'b, Displacement> {
+        match &self.paged {
+            Some(paged) => Cow::Owned(Displacement::gathered(map, &paged.samples, weights)),
+            None => Cow::Borrowed(&map[0]),
+        }
     }
 
     /// Errors of the vertices displaced by a map.
-    fn errors(&self, map: &Displacement, weights: Weights) -> Errors {
-        let displaced: Vec<Vec3> = self.vertices.par_iter().map(|v| v.displaced_with(map, 1.0, weights)).collect();
+    fn errors(&self, map: &[Displacement], weights: Weights) -> Errors {
+        let map = self.sampled(map, weights);
+        let displaced: Vec<Vec3> = self.vertices.par_iter().map(|v| v.displaced_with(&map, 1.0, weights)).collect();
         let mut first = vec![usize::MAX; self.expected.len()];
         for &(v, source) in &self.used {
             first[v as usize] = source;
@@ -234,7 +293,8 @@ impl<'a> Mesh<'a> {
     }
 
     /// Differences between sampled and expected values of the channels (#V each), ascending, model units.
-    fn map_errors(&self, map: &Displacement, channels: &[Vec<f64>]) -> Vec<f64> {
+    fn map_errors(&self, map: &[Displacement], channels: &[Vec<f64>]) -> Vec<f64> {
+        let map = self.sampled(map, Weights::Exact);
         let error = |&(v, source): &(Index, usize)| {
             let differences = (0..channels.len()).map(|k| {
                 // A vertex without texture coordinates is not displaced.
@@ -252,29 +312,52 @@ impl<'a> Mesh<'a> {
     /// Number of vertices of the surface with private texels.
     fn private_vertices(&self, manifest: &Manifest) -> usize {
         let vertex_of = self.model.weld().vertex_of();
+        let of_pages = manifest.page_entries().iter().flat_map(|page| &page.private_texels);
         let mut vertices: Vec<Index> =
-            manifest.private_pairs().iter().map(|pair| vertex_of[pair[0] as usize]).collect();
+            of_pages.chain(manifest.private_texels.iter()).map(|texel| vertex_of[texel.vertex as usize - 1]).collect();
         vertices.sort_unstable();
         vertices.dedup();
         vertices.len()
     }
 
-    /// Wedges of the carrier, ascending: a vertex of the surface, texture coordinates, and one of the source vertices.
-    fn wedges(&self, carrier: &MeshData) -> Vec<(Index, Index, Index)> {
+    /// Wedges of the carrier, ascending: a vertex of the surface, page and texture coordinates, and one of the source vertices.
+    fn wedges(&self, carrier: &MeshData) -> Vec<(Index, [Index; 2], Index)> {
         let vertex_of = self.model.weld().vertex_of();
-        let wedge = |corner: &Corner| Some((vertex_of[corner.position as usize], corner.uv()?, corner.position));
-        let mut wedges: Vec<(Index, Index, Index)> = carrier.faces().items().iter().filter_map(wedge).collect();
+        let wedge = |(c, corner): (usize, &Corner)| {
+            let page = match &self.paged {
+                Some(paged) => paged.of_corners[c],
+                None => 0,
+            };
+            Some((vertex_of[corner.position as usize], [page, corner.uv()?], corner.position))
+        };
+        let corners = carrier.faces().items().iter().enumerate();
+        let mut wedges: Vec<(Index, [Index; 2], Index)> = corners.filter_map(wedge).collect();
         wedges.par_sort_unstable();
         wedges.dedup_by_key(|wedge| (wedge.0, wedge.1));
         wedges
     }
 
+    /// Position of a wedge that samples at its own texture coordinate on the page of its face.
+    fn at_own_uv(
+        &self,
+        carrier: &MeshData,
+        map: &[Displacement],
+        &(_, [page, uv], source): &(Index, [Index; 2], Index),
+    ) -> Vec3 {
+        let uv = carrier.uvs()[uv as usize];
+        let uv = match &self.paged {
+            Some(paged) => paged.entries[page as usize].part.uv_in_image(uv),
+            None => uv.as_vec2(),
+        };
+        let vertex = ShaderVertex { sample_at: Some(SampleAt::Uv(uv)), ..self.vertices[source as usize] };
+        vertex.displaced(&map[page as usize], 1.0)
+    }
+
     /// Errors of wedges that sample at their own texture coordinates.
-    fn own_uv_errors(&self, carrier: &MeshData, map: &Displacement, is_off: impl Fn(f64) -> bool) -> OwnUvErrors {
-        let error = |&(v, uv, source): &(Index, Index, Index)| {
-            let sample_at = Some(SampleAt::Uv(carrier.uvs()[uv as usize].as_vec2()));
-            let displaced = ShaderVertex { sample_at, ..self.vertices[source as usize] }.displaced(map, 1.0);
-            (v, (displaced.as_dvec3() + self.origin).distance(self.expected[v as usize]))
+    fn own_uv_errors(&self, carrier: &MeshData, map: &[Displacement], is_off: impl Fn(f64) -> bool) -> OwnUvErrors {
+        let error = |wedge: &(Index, [Index; 2], Index)| {
+            let displaced = self.at_own_uv(carrier, map, wedge);
+            (wedge.0, (displaced.as_dvec3() + self.origin).distance(self.expected[wedge.0 as usize]))
         };
         let errors: Vec<(Index, f64)> = self.wedges(carrier).par_iter().map(error).collect();
         OwnUvErrors {
@@ -288,22 +371,23 @@ impl<'a> Mesh<'a> {
     }
 
     /// Gaps that arise at seams if each wedge samples at its own texture coordinates, not at the dominant ones.
-    fn own_uvs(&self, carrier: &MeshData, map: &Displacement) -> OwnUvs {
+    fn own_uvs(&self, carrier: &MeshData, map: &[Displacement]) -> OwnUvs {
         let wedges = self.wedges(carrier);
         let mut found = OwnUvs::default();
         for same in wedges.chunk_by(|a, b| a.0 == b.0) {
-            let displaced = same.iter().map(|&(_, uv, source)| {
-                let place = Some(SampleAt::Uv(carrier.uvs()[uv as usize].as_vec2()));
-                (place, ShaderVertex { sample_at: place, ..self.vertices[source as usize] }.displaced(map, 1.0))
-            });
-            let displaced: Vec<_> = displaced.collect();
-            let (place, first) = displaced[0];
-            if displaced.iter().all(|wedge| wedge.0 == place) {
+            // Equal coordinates are one place, whatever their index.
+            let place = |wedge: &(Index, [Index; 2], Index)| {
+                let [page, uv] = wedge.1;
+                (page, carrier.uvs()[uv as usize].as_vec2())
+            };
+            if same.iter().all(|wedge| place(wedge) == place(&same[0])) {
                 continue;
             }
-            let gap = displaced.iter().map(|wedge| wedge.1.distance(first)).fold(0.0, f32::max);
+            let displaced: Vec<Vec3> = same.iter().map(|wedge| self.at_own_uv(carrier, map, wedge)).collect();
+            let first = displaced[0];
+            let gap = displaced.iter().map(|p| p.distance(first)).fold(0.0, f32::max);
             found.seam_vertices += 1;
-            found.bit_equal_seam_vertices += usize::from(displaced.iter().all(|wedge| wedge.1 == first));
+            found.bit_equal_seam_vertices += usize::from(displaced.iter().all(|p| *p == first));
             found.seam_gap = found.seam_gap.max(gap.into());
         }
         found

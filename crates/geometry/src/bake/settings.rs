@@ -5,6 +5,7 @@ use crate::denoise::NormalField;
 use crate::map::displacement::{MapKind, TexelFormat};
 use crate::map::normal_map::Convention;
 use crate::map::occlusion::Occlusion;
+use crate::map::pages::PageRule;
 use crate::map::{Interpolation, Texels, map_size};
 use crate::mesh::weld::Welding;
 use crate::named;
@@ -28,6 +29,8 @@ pub struct BakeSettings {
     pub map: MapKind,
     /// Layout of the texels that vertices sample.
     pub layout: LayoutChoice,
+    /// Division of the map into pages, each with an image of its own; only in the texture coordinates of the mesh.
+    pub pages: PageRule,
     /// Side of the maps, texels; `None` chooses it. The per-vertex layout ignores it for heights and uses the side that it
     /// needs.
     pub side: Option<u32>,
@@ -122,6 +125,7 @@ mod tests {
             lambda: Lambda(0.1),
             map: MapKind::VectorTangent,
             layout: LayoutChoice::Vertex,
+            pages: PageRule::Udim,
             side: Some(77),
             largest_side: LargestSide(512),
             tolerance: Quanta(2.5),

@@ -208,7 +208,7 @@ fn a_bundle_of_arrays_is_understood_from_its_own_files() {
     let carrier = Obj::parse(bytes_of(&bundle, &manifest.carrier.obj).to_vec()).unwrap();
     assert_eq!(manifest::sha256(carrier.bytes()), manifest.carrier.sha256);
     let displacement = bytes_of(&bundle, &manifest.displacement.file);
-    let files = WrittenFiles { displacement, carrier: carrier.data() };
+    let files = WrittenFiles { displacement: &[displacement], carrier: carrier.data() };
     assert_eq!(check(&model, manifest, &target, files, &Silent).unwrap(), manifest.report);
 
     let entry = &manifest.displacement;
@@ -277,7 +277,7 @@ fn vertices_without_a_place_have_private_texels_and_all_are_exact() {
             // The files are read as they were written, and displace as the report says.
             let displacement = bytes_of(&bundle, &manifest.displacement.file);
             let carrier = Obj::parse(bytes_of(&bundle, &manifest.carrier.obj).to_vec()).unwrap();
-            let files = WrittenFiles { displacement, carrier: carrier.data() };
+            let files = WrittenFiles { displacement: &[displacement], carrier: carrier.data() };
             let read = Manifest::from_json(manifest.to_json().as_bytes()).unwrap();
             assert_eq!(&read, manifest, "{name}");
             assert_eq!(check(&model, &read, &target, files, &Silent).unwrap(), *report, "{name}");
@@ -337,3 +337,5 @@ fn normal_maps_are_flat_where_charts_overlap() {
     assert!((0..50).all(|i| at(0.005 + 0.003 * f64::from(i), 0.3) == flat));
     assert!((0..50).any(|i| at(0.005 + 0.003 * f64::from(i), 0.1) != flat));
 }
+
+mod pages;

@@ -15,8 +15,8 @@
 //! ```
 
 use crate::denoise::NormalField;
-use crate::map::displacement::{Displacement, MapKind, SampleAt, Weights};
-use crate::map::manifest::{self, Layout, Manifest, UvSource};
+use crate::map::displacement::{Displacement, MapKind, PageSample, SampleAt, Weights};
+use crate::map::manifest::{self, Layout, Manifest, PageEntry, UvSource};
 use crate::map::tangents::{self, Tangent};
 use crate::mesh::atlas::AtlasError;
 use crate::mesh::jagged::Index;
@@ -93,11 +93,19 @@ pub enum SamplingRule {
     },
     /// The i-th source vertex reads the i-th texel.
     PerVertex,
+    /// The i-th source vertex reads the i-th texel of a map that was gathered from pages ([`Displacement::gathered`]), if the list
+    /// says that it samples a page. #v
+    Gathered(Vec<bool>),
 }
 
 impl SamplingRule {
     /// Rule of a manifest.
     pub fn of(manifest: &Manifest) -> Self {
+        if let Some(pages) = &manifest.pages {
+            let mut samples = vec![false; manifest.source.vertices];
+            pages.maps.iter().flat_map(|page| page.vertices.indices()).for_each(|v| samples[v as usize] = true);
+            return Self::Gathered(samples);
+        }
         match manifest.displacement.layout {
             Layout::Uv => Self::Uv { dominant: manifest.dominant_pairs(), private: manifest.private_pairs() },
             Layout::Vertex => Self::PerVertex,
@@ -133,8 +141,70 @@ pub fn carrier_vertices(carrier: &MeshData, rule: &SamplingRule, origin: DVec3) 
                 vertex.sample_at = Some(SampleAt::Texel(i));
             }
         }
+        SamplingRule::Gathered(samples) => {
+            for ((vertex, i), samples) in vertices.iter_mut().zip(0..).zip(samples) {
+                vertex.sample_at = samples.then_some(SampleAt::Texel(i));
+            }
+        }
     }
     vertices
+}
+
+/// Place in one page at which each source vertex of a carrier, or of the mesh that was baked, samples; `None` for vertices without
+/// texture coordinates. Of vertices whose faces are all on other pages the place means nothing. #v
+///
+/// # Panics
+/// If the page names an element that the mesh has not, which [`check_mesh`] finds.
+pub fn samples_in_page(mesh: &MeshData, page: &PageEntry) -> Vec<Option<SampleAt>> {
+    let uv = |vt: Index| SampleAt::Uv(page.part.uv_in_image(mesh.uvs()[vt as usize]));
+    let mut samples = vec![None; mesh.positions().len()];
+    for corner in mesh.faces().items() {
+        let sample = &mut samples[corner.position as usize];
+        if sample.is_none() {
+            *sample = corner.uv().map(uv);
+        }
+    }
+    for [v, vt] in page.seam_vertices.iter().map(|pair| pair.map(|i| i - 1)) {
+        samples[v as usize] = Some(uv(vt));
+    }
+    for texel in &page.private_texels {
+        samples[texel.vertex as usize - 1] = Some(SampleAt::Texel(texel.row * page.width + texel.column));
+    }
+    samples
+}
+
+/// Page and place in it that each source vertex of a carrier, or of the mesh that was baked, samples; `None` for vertices that stay. #v
+///
+/// # Panics
+/// If the manifest names an element that the mesh has not, which [`check_mesh`] finds.
+pub fn page_samples(mesh: &MeshData, manifest: &Manifest) -> Vec<Option<PageSample>> {
+    let mut samples = vec![None; mesh.positions().len()];
+    for (page, entry) in (0..).zip(manifest.page_entries()) {
+        let in_page = samples_in_page(mesh, entry);
+        for v in entry.vertices.indices() {
+            samples[v as usize] = in_page[v as usize].map(|at| PageSample { page, at });
+        }
+    }
+    samples
+}
+
+/// Gathers the texels of pages that the vertices of a mesh sample, and makes the vertices (#v), which [`carrier_vertices`] or one of its
+/// kin built, read them.
+///
+/// # Panics
+/// As [`page_samples`] does, or if there are fewer images than pages.
+pub fn gather(
+    images: &[Displacement],
+    mesh: &MeshData,
+    manifest: &Manifest,
+    vertices: &mut [ShaderVertex],
+) -> Displacement {
+    let samples = page_samples(mesh, manifest);
+    for (vertex, sample) in vertices.iter_mut().zip(&samples) {
+        // A manifest may name a vertex that has no texture coordinates.
+        vertex.sample_at = vertex.sample_at.filter(|_| sample.is_some());
+    }
+    Displacement::gathered(images, &samples, Weights::Exact)
 }
 
 /// Builds the vertices of the mesh that was baked, one for each source vertex (#v), with these unit normals (#v×3), because
@@ -175,6 +245,16 @@ pub enum MeshError {
         /// Index of the texture coordinate, from 0.
         uv: Index,
     },
+    /// A page of the manifest names a vertex or a texture coordinate that does not exist.
+    #[error("page {page}: there is no vertex {vertex} or no `vt` {uv} (counted from 0)")]
+    NoSuchInPage {
+        /// Name of the page.
+        page: String,
+        /// Index of the source vertex, from 0.
+        vertex: Index,
+        /// Index of the texture coordinate, from 0.
+        uv: Index,
+    },
     /// The mesh lacks the normals that the map displaces along.
     #[error(transparent)]
     Normals(#[from] NoFileNormals),
@@ -191,10 +271,16 @@ pub fn check_mesh(mesh: &MeshData, manifest: &Manifest) -> Result<(), MeshError>
         return Err(MeshError::Vertices { found, expected });
     }
     let named = |&&[v, vt]: &&[Index; 2]| (v as usize) < found && (vt as usize) < mesh.uvs().len();
-    match manifest.dominant_pairs().iter().find(|pair| !named(pair)) {
-        Some(&[vertex, uv]) => Err(MeshError::NoSuchElement { vertex, uv }),
-        None => Ok(()),
+    if let Some(&[vertex, uv]) = manifest.dominant_pairs().iter().find(|pair| !named(pair)) {
+        return Err(MeshError::NoSuchElement { vertex, uv });
     }
+    for page in manifest.page_entries() {
+        let mut pairs = page.seam_vertices.iter().map(|pair| pair.map(|i| i - 1));
+        if let Some([vertex, uv]) = pairs.find(|pair| !named(&pair)) {
+            return Err(MeshError::NoSuchInPage { page: page.part.to_string(), vertex, uv });
+        }
+    }
+    Ok(())
 }
 
 /// Builds the vertices, one for each source vertex (#v), of a carrier, or of the mesh that was baked, with the normals that

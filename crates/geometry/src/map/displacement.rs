@@ -20,6 +20,7 @@ pub use file::{DecodeError, EncodeError, FileFormat, TexelFormat};
 
 pub(crate) use file::png;
 
+use crate::map::per_vertex;
 use crate::map::sampling::{Footprint, HeightMap, Size};
 use crate::mesh::jagged::Index;
 use crate::named;
@@ -103,6 +104,15 @@ pub enum SampleAt {
     Texel(Index),
 }
 
+/// Position in a page of a map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PageSample {
+    /// Index of the page.
+    pub page: Index,
+    /// Position in the image of the page.
+    pub at: SampleAt,
+}
+
 /// A displacement map as the GPU has it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Displacement {
@@ -131,6 +141,25 @@ impl Displacement {
         };
         let planes = channels.iter().map(|map| map.texels.par_iter().map(quantise).collect()).collect();
         Self { size: channels[0].size, kind, encoding, planes }
+    }
+
+    /// Gathers the texels that source vertices (#v) sample in the pages of a map: the i-th texel is that of the i-th vertex, and a
+    /// vertex that reads it gets the height that it samples in its page, bit for bit. Texels of vertices without a sample are 0.
+    ///
+    /// # Panics
+    /// If there is no page, or a sample is in none.
+    pub fn gathered(pages: &[Self], samples: &[Option<PageSample>], weights: Weights) -> Self {
+        let size = per_vertex::size(samples.len());
+        let plane = |channel: usize| {
+            let texel = |sample: &Option<PageSample>| {
+                sample.map_or(0.0, |PageSample { page, at }| pages[page as usize].texel_at(channel, at, weights))
+            };
+            let mut texels: Vec<f32> = samples.par_iter().map(texel).collect();
+            texels.resize(size.texels(), 0.0);
+            texels
+        };
+        let Self { kind, encoding, .. } = pages[0];
+        Self { size, kind, encoding, planes: (0..kind.planes()).map(plane).collect() }
     }
 
     /// Size of the image.

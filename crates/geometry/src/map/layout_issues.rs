@@ -72,6 +72,25 @@ impl LayoutIssues {
         }
     }
 
+    /// Sums up the issues of pages, each with the number of texels of its image. Vertices without texture coordinates, which are on no
+    /// page, are those of `unmapped_vertices`.
+    pub fn of_pages(pages: &[(Self, usize)], unmapped_vertices: usize) -> Self {
+        let count = |of: fn(&Self) -> usize| pages.iter().map(|page| of(&page.0)).sum();
+        let texels: usize = pages.iter().map(|page| page.1).sum();
+        let covered: f64 = pages.iter().map(|(issues, texels)| issues.coverage * *texels as f64).sum();
+        let kinds = || pages.iter().filter_map(|page| page.0.out_of_range);
+        Self {
+            coverage: covered / texels.max(1) as f64,
+            crowded_vertices: count(|page| page.crowded_vertices),
+            smallest_distance: pages.iter().filter_map(|page| page.0.smallest_distance).min_by(f64::total_cmp),
+            out_of_range_vertices: count(|page| page.out_of_range_vertices),
+            out_of_range: kinds().find(|kind| *kind == OutOfRange::Wrap).or(kinds().next()),
+            overlapping_texels: count(|page| page.overlapping_texels),
+            mirrored_faces: count(|page| page.mirrored_faces),
+            unmapped_vertices,
+        }
+    }
+
     /// Describes the issues that no size of the map can solve, the worst first.
     pub fn problems(&self) -> Vec<String> {
         let mut out = Vec::new();
@@ -81,7 +100,7 @@ impl LayoutIssues {
             }
         };
         let outside = match self.out_of_range {
-            Some(OutOfRange::Tiles) => "in other UDIM tiles: a map has one tile only",
+            Some(OutOfRange::Tiles) => "in other UDIM tiles: an image without pages has one tile only",
             _ => "where the texture repeats: a map is clamped at its border",
         };
         let vertices_are = |n: usize| format!("{n} {}", if n == 1 { "vertex is" } else { "vertices are" });

@@ -37,6 +37,7 @@ mod clients;
 mod json;
 mod map_entry;
 mod method;
+mod pages;
 mod report;
 mod shading;
 
@@ -44,12 +45,13 @@ pub use clients::{Blender, BlenderDirection, CentreMagnitude, Clients, MinMax, M
 pub use json::{ManifestError, named_files};
 pub use map_entry::{DominantUv, Layout, MapEntry, NormalMapEntry, PrivateTexel, UvSource};
 pub use method::{Method, Target};
+pub use pages::{PageEntry, PagesEntry};
 pub use report::{BitsError, Filtered, HeightsLoss, MapErrors, OwnUvErrors, OwnUvs, Report};
 pub use shading::{CurvatureEntry, OcclusionEntry, ShadingMapEntry};
 
 /// Latest version of the format that this crate reads. It also reads the earlier ones, and writes the earliest one that has every
-/// field that a reader has to know: 1 without private texels, 2 with them.
-pub const VERSION: u64 = 2;
+/// field that a reader has to know: 1 without private texels, 2 with them, 3 with pages.
+pub const VERSION: u64 = 3;
 
 /// Largest side of a map, texels.
 pub const LARGEST_SIDE: u32 = 16384;
@@ -57,7 +59,7 @@ pub const LARGEST_SIDE: u32 = 16384;
 /// Description of a baked map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
-    /// Version of the format: 1, or 2 if there are private texels.
+    /// Version of the format: 1, or 2 if there are private texels, or 3 if there are pages.
     pub planish: u64,
     /// Name and size of the mesh that was baked.
     pub source: SourceEntry,
@@ -79,6 +81,10 @@ pub struct Manifest {
     /// [`Layout::Uv`].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub private_texels: Vec<PrivateTexel>,
+    /// Images of the parts of the mesh; `None` if there is one image. With pages, the places of seam vertices, the private texels
+    /// and the normal maps are those of each page.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pages: Option<PagesEntry>,
     /// Normal map of the denoised surface; `None` if the texture coordinates do not allow one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal_map: Option<NormalMapEntry>,
@@ -150,6 +156,11 @@ impl Manifest {
         self.private_texels.iter().map(|texel| [texel.vertex - 1, index(texel)]).collect()
     }
 
+    /// Pages of the map; empty if there is one image.
+    pub fn page_entries(&self) -> &[PageEntry] {
+        self.pages.as_ref().map_or(&[], |pages| &pages.maps)
+    }
+
     /// Names of the files of the bundle besides the manifest: maps, carrier and whatever else is listed, without the mesh that was
     /// baked.
     pub fn file_names(&self) -> Vec<&str> {
@@ -165,9 +176,13 @@ impl Manifest {
         let normal_map = self.normal_map.as_ref().map(|map| map.file.as_str());
         let shading = self.shading_maps().map(|(_, map)| map.file.as_str());
         let carrier = [Some(self.carrier.obj.as_str()), Some(self.carrier.mtl.as_str()), self.carrier.glb.as_deref()];
+        let pages = self.page_entries().iter().flat_map(PageEntry::files);
+        // The first page is the map of the entry.
+        let pages = pages.filter(|file| *file != self.displacement.file);
         [Some(self.displacement.file.as_str()), normal_map]
             .into_iter()
             .flatten()
+            .chain(pages)
             .chain(shading)
             .chain(carrier.into_iter().flatten())
             .collect()

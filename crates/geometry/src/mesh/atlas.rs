@@ -157,7 +157,7 @@ impl Atlas {
         &self.wedges
     }
     /// Signed area of a face in the texture, positive if counter-clockwise; `None` if a corner has no texture coordinates.
-    fn face_area(&self, surface: &Surface, face: Index) -> Option<f64> {
+    pub(crate) fn face_area(&self, surface: &Surface, face: Index) -> Option<f64> {
         let corners = surface.topology().faces().range(face);
         let origin = self.at_corner(corners.start as Index)?;
         let mut doubled = 0.0;

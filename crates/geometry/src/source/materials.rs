@@ -193,21 +193,23 @@ pub fn defined<'a>(libraries: &[&'a [u8]]) -> FxHashSet<&'a [u8]> {
 }
 
 /// Writes the material library of a carrier: the user's libraries one after the other, with `disp -mm` and `norm` statements
-/// for the maps in each material.
+/// for the maps in each material, which `maps` gives by the name of the material.
 ///
 /// Earlier `disp`, `norm` and `bump` statements are left out, and names of texture files are passed through `relocate`,
 /// because the carrier may be in another folder. What is no statement of the format is left out. Materials that no library defines follow in grey, and [`CARRIER_MATERIAL`]
 /// if some faces have no material.
-pub fn carrier_library(
+pub fn carrier_library<'a>(
     mesh: &MeshData,
     libraries: &[Vec<u8>],
-    maps: &MapStatements,
+    maps: impl Fn(&str) -> MapStatements<'a>,
     relocate: impl Fn(&str) -> String,
 ) -> Vec<u8> {
-    let displacement = maps.displacement.as_ref();
-    let displacement = displacement.map(|d| format!("disp -mm {:?} {:?} {}\n", d.base, d.gain, d.file));
-    let normal = maps.normal.map(|file| format!("norm {file}\n"));
-    let added = displacement.unwrap_or_default() + &normal.unwrap_or_default();
+    let added = |material: &[u8]| {
+        let MapStatements { displacement, normal } = maps(&String::from_utf8_lossy(material));
+        let displacement = displacement.map(|d| format!("disp -mm {:?} {:?} {}\n", d.base, d.gain, d.file));
+        let normal = normal.map(|file| format!("norm {file}\n"));
+        displacement.unwrap_or_default() + &normal.unwrap_or_default()
+    };
     let mut out = Vec::new();
     for library in libraries {
         for line in library.strip_prefix(b"\xef\xbb\xbf").unwrap_or(library).split(|&b| b == b'\n') {
@@ -222,7 +224,8 @@ pub fn carrier_library(
                 "newmtl" => {
                     out.extend_from_slice(line);
                     out.push(b'\n');
-                    out.extend_from_slice(added.as_bytes());
+                    let name = line.trim_ascii_start()["newmtl".len()..].trim_ascii();
+                    out.extend_from_slice(added(name).as_bytes());
                 }
                 keyword if names_texture(keyword) => {
                     let arguments = text.trim_start()[keyword.len()..].trim();
@@ -244,6 +247,7 @@ pub fn carrier_library(
     for name in missing.chain(unnamed) {
         out.extend_from_slice(b"newmtl ");
         out.extend_from_slice(name);
+        let added = added(name);
         out.extend_from_slice(format!("\n{added}Kd 0.8 0.8 0.8\nKs 0.1 0.1 0.1\nNs 20\nillum 2\n").as_bytes());
     }
     out
@@ -273,16 +277,17 @@ mod tests {
     #[test]
     fn a_carrier_keeps_the_materials_and_adds_the_maps() {
         let library = b"# scan\r\nnewmtl skin\r\nKd 1 1 1\r\nmap_Kd -bm 1 old dir/t.png\r\nbump old.png\r\n".to_vec();
-        let maps = MapStatements {
-            displacement: Some(DisplacementStatement { file: "a.png", base: 0.5, gain: -1.0 }),
-            normal: Some("n.png"),
+        let displacement = |file| Some(DisplacementStatement { file, base: 0.5, gain: -1.0 });
+        let maps = |material: &str| match material {
+            "skin" => MapStatements { displacement: displacement("a.png"), normal: Some("n.png") },
+            _ => MapStatements { displacement: displacement("b.png"), normal: None },
         };
         let obj = Obj::parse(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nusemtl skin\nf 3 2 1\n".to_vec()).unwrap();
-        let out = carrier_library(obj.data(), &[library], &maps, |name| format!("../{name}"));
+        let out = carrier_library(obj.data(), &[library], maps, |name| format!("../{name}"));
         let text = String::from_utf8(out).unwrap();
         let first =
             "# scan\nnewmtl skin\ndisp -mm 0.5 -1.0 a.png\nnorm n.png\nKd 1 1 1\nmap_Kd -bm 1 ../old dir/t.png\n";
         assert!(text.starts_with(first), "{text}");
-        assert!(text.contains("newmtl planish\ndisp") && !text.contains("bump"));
+        assert!(text.contains("newmtl planish\ndisp -mm 0.5 -1.0 b.png\nKd") && !text.contains("bump"));
     }
 }

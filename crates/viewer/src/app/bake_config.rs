@@ -12,6 +12,7 @@ use planish_geometry::map::displacement::{MapKind, TexelFormat};
 use planish_geometry::map::manifest::{Layout, Manifest, Method, UvSource};
 use planish_geometry::map::normal_map::Convention;
 use planish_geometry::map::occlusion::Occlusion;
+use planish_geometry::map::pages::PageRule;
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::named::Named;
 use std::path::{Path, PathBuf};
@@ -79,7 +80,9 @@ impl LimitOptions {
 impl BakeConfig {
     /// Restores the configuration from a manifest, as far as it is in there.
     pub fn of(manifest: &Manifest, path: &Path) -> Self {
-        let (map, normal_map) = (&manifest.displacement, &manifest.normal_map);
+        let map = &manifest.displacement;
+        let of_pages = manifest.page_entries().iter().find_map(|page| page.normal_map.as_ref());
+        let normal_map = manifest.normal_map.as_ref().or(of_pages);
         let (mut denoiser, mut limits, mut target) = <_>::default();
         match &manifest.method {
             Method::Denoiser(denoising) => {
@@ -92,7 +95,7 @@ impl BakeConfig {
             Method::Other(_) => {}
         }
         // Only where the side was chosen the normal map may have another one.
-        let is_given = normal_map.as_ref().is_none_or(|normals| normals.width == map.width);
+        let is_given = normal_map.is_none_or(|normals| normals.width == map.width) && manifest.pages.is_none();
         let settings = BakeSettings {
             target: BakeTarget::default(),
             welding: manifest.welding,
@@ -101,17 +104,20 @@ impl BakeConfig {
             map: map.map,
             layout: match (map.layout, map.uvs) {
                 (Layout::Vertex, _) => LayoutChoice::Vertex,
-                (Layout::Uv, UvSource::Mesh) if manifest.private_texels.is_empty() => LayoutChoice::Uv,
+                (Layout::Uv, UvSource::Mesh) if manifest.private_texels.is_empty() && manifest.pages.is_none() => {
+                    LayoutChoice::Uv
+                }
                 (Layout::Uv, UvSource::Mesh) => LayoutChoice::Auto,
                 (Layout::Uv, UvSource::Unwrapped) => LayoutChoice::Unwrap,
             },
+            pages: manifest.pages.as_ref().map_or(PageRule::None, |pages| pages.by),
             side: Some(map.width).filter(|_| is_given && map.layout == Layout::Uv),
             largest_side: LargestSide::default(),
             tolerance: Quanta::default(),
             interpolation: map.interpolation.unwrap_or_default(),
             texels: map.texels.unwrap_or_default(),
             texel: map.texel,
-            convention: normal_map.as_ref().map_or_else(Convention::default, |entry| entry.convention),
+            convention: normal_map.map_or_else(Convention::default, |entry| entry.convention),
             carriers: if manifest.carrier.glb.is_none() { Carriers::Obj } else { Carriers::ObjAndGlb },
             occlusion: manifest.occlusion.as_ref().map(|o| Occlusion { rays: o.rays, distance: o.distance }),
             curvature: if manifest.curvature.is_none() { CurvatureMap::None } else { CurvatureMap::Mean },
@@ -217,6 +223,7 @@ fn add_settings(settings: &BakeSettings, add: &mut impl FnMut(&str, String)) {
         lambda,
         map,
         layout,
+        pages,
         side,
         largest_side,
         tolerance,
@@ -244,6 +251,7 @@ fn add_settings(settings: &BakeSettings, add: &mut impl FnMut(&str, String)) {
     unless(*map == MapKind::Scalar, "map", "vector".to_owned());
     unless(*map != MapKind::VectorTangent, "space", "tangent".to_owned());
     unless(*layout == default.layout, "layout", layout.name().to_owned());
+    unless(*pages == default.pages, "pages", pages.name().to_owned());
     unless(*tolerance == default.tolerance, "tolerance", tolerance.0.to_string());
     unless(*largest_side == default.largest_side, "max-size", largest_side.0.to_string());
     // One texel for each vertex has the size that it needs.

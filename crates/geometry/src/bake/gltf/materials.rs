@@ -1,8 +1,9 @@
 //! Materials of a glTF file, with their textures and images.
 
 use super::glb::{self, Buffer};
-use super::{Carrier, Filter, ShadingMap, Textures};
+use super::{Carrier, Filter, Map, ShadingMap, Textures};
 use crate::map::manifest::Layout;
+use crate::map::pages::Part;
 use crate::mesh::jagged::Index;
 use crate::source::gltf::percent_decoded;
 use crate::source::materials::{CARRIER_MATERIAL, Material};
@@ -45,8 +46,8 @@ pub(super) struct Materials<'a> {
     carrier: &'a Carrier<'a>,
     /// Texture files; `None` if the mesh has no texture coordinates.
     files: Option<Textures<'a>>,
-    /// Description of the maps, which each material repeats.
-    extras: Value,
+    /// Description of the maps of each page, which the materials of the page repeat.
+    extras: Vec<Value>,
     /// Index of the texture with ambient occlusion, if it lies in the texture coordinates of the mesh.
     occlusion: Option<usize>,
     materials: Vec<Value>,
@@ -65,7 +66,7 @@ impl<'a> Materials<'a> {
     /// Adds the displacement map, but no materials yet.
     pub(super) fn new(buffer: &mut Buffer, carrier: &'a Carrier, files: Option<Textures<'a>>) -> Self {
         let (materials, textures, images) = (Vec::new(), Vec::new(), Vec::new());
-        let (samplers, known, extras) = (Vec::new(), FxHashMap::default(), Value::Null);
+        let (samplers, known, extras) = (Vec::new(), FxHashMap::default(), Vec::new());
         let mut defined = FxHashMap::default();
         for material in carrier.materials {
             defined.entry(material.name.as_str()).or_insert(material);
@@ -89,7 +90,7 @@ impl<'a> Materials<'a> {
             _ => Vec::new(),
         };
         let (materials, textures, images) = (take("materials"), take("textures"), take("images"));
-        let (samplers, extras) = (take("samplers"), Value::Null);
+        let (samplers, extras) = (take("samplers"), Vec::new());
         let (known, defined) = (FxHashMap::default(), FxHashMap::default());
         let (files, occlusion) = (None, None);
         let mut new =
@@ -111,7 +112,7 @@ impl<'a> Materials<'a> {
         if !entry["extras"].is_object() {
             entry["extras"] = json!({});
         }
-        entry["extras"]["planish"] = self.extras.clone();
+        entry["extras"]["planish"] = self.extras[0].clone();
         // A map that the artist made stays.
         if let Some(texture) = self.occlusion.filter(|_| entry["occlusionTexture"].is_null()) {
             let set = entry["pbrMetallicRoughness"]["baseColorTexture"]["texCoord"].as_u64().unwrap_or(0);
@@ -145,11 +146,15 @@ impl<'a> Materials<'a> {
     /// Adds all maps of the carrier, and describes them.
     fn add_maps(&mut self, buffer: &mut Buffer) {
         let carrier = self.carrier;
-        self.extras = json!({ "displacement": self.displacement(buffer), "normalMap": carrier.normal_map });
+        let one = [(carrier.map.clone(), carrier.normal_map.clone())];
+        for (map, normal_map) in carrier.pages.as_ref().map_or(&one[..], |pages| &pages.maps) {
+            let displacement = self.displacement(buffer, map);
+            self.extras.push(json!({ "displacement": displacement, "normalMap": normal_map }));
+        }
         for (name, map) in [("occlusion", &carrier.occlusion), ("curvature", &carrier.curvature)] {
             let Some(map) = map else { continue };
             let (texture, description) = self.shading(buffer, map);
-            self.extras[name] = description;
+            self.extras.iter_mut().for_each(|extras| extras[name] = description.clone());
             if name == "occlusion" && map.layout == Layout::Uv {
                 self.occlusion = Some(texture);
             }
@@ -175,9 +180,8 @@ impl<'a> Materials<'a> {
         (texture, entry.into())
     }
 
-    /// Adds the displacement map and returns its description.
-    fn displacement(&mut self, buffer: &mut Buffer) -> Value {
-        let map = &self.carrier.map;
+    /// Adds an image of the displacement map and returns its description.
+    fn displacement(&mut self, buffer: &mut Buffer, map: &Map) -> Value {
         let media_type = media_type(map.bytes);
         let mut entry = Object::new();
         if is_texture(media_type) {
@@ -221,8 +225,8 @@ impl<'a> Materials<'a> {
         texture
     }
 
-    /// Adds a material of the mesh, or the default material for `None`, and returns its index.
-    pub(super) fn add(&mut self, buffer: &mut Buffer, material: Option<Index>) -> usize {
+    /// Adds a material of the mesh, or the default material for `None`, for a page, and returns its index.
+    pub(super) fn add(&mut self, buffer: &mut Buffer, page: Index, material: Option<Index>) -> usize {
         let names = &self.carrier.model.data().materials();
         let name = material.map_or(CARRIER_MATERIAL.into(), |m| String::from_utf8_lossy(&names[m as usize]));
         let found = material.and_then(|_| self.defined.get(name.as_ref()).copied());
@@ -235,13 +239,19 @@ impl<'a> Materials<'a> {
         if let Some(texture) = texture {
             shading["baseColorTexture"] = json!({ "index": texture });
         }
+        let part = self.carrier.pages.as_ref().map(|pages| &pages.of_faces.parts()[page as usize]);
+        // One material of the mesh may be on several tiles.
+        let name = match part {
+            Some(Part::Tile(tile)) => format!("{name}.{tile}").into(),
+            _ => name,
+        };
         let mut entry = json!({ "name": name, "pbrMetallicRoughness": shading, "doubleSided": true });
         if let Some(texture) = self.occlusion {
             entry["occlusionTexture"] = json!({ "index": texture });
         }
         // The normal map is described, not attached as `normalTexture`: it changes the normals to those of the denoised
         // surface, which the morph target does as well, and together they would do it twice.
-        entry["extras"] = json!({ "planish": self.extras });
+        entry["extras"] = json!({ "planish": self.extras[page as usize] });
         self.materials.push(entry);
         self.materials.len() - 1
     }

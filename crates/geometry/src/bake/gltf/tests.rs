@@ -121,6 +121,7 @@ impl Owned {
             lambda: 0.75,
             materials: &self.materials,
             map: Map { bytes: PNG, filter: Filter::Linear, entry },
+            pages: None,
             normal_map: json!({ "file": "n.png" }),
             occlusion: None,
             curvature: None,
@@ -212,7 +213,7 @@ fn triangles_show_what_the_model_has_material_by_material_in_its_order() {
 #[test]
 fn vertices_are_the_distinct_pairs_in_order() {
     let owned = Owned::new(UNRULY);
-    let wedges = Wedges::new(&owned.model);
+    let wedges = Wedges::new(&owned.model, &|_| 0);
     let pairs: Vec<_> = wedges.sources.iter().zip(&wedges.uvs).collect();
     assert!(pairs.is_sorted_by(|a, b| a < b), "{pairs:?}");
     let corners = 0..owned.model.surface().topology().faces().items().len() as Index;
@@ -228,7 +229,7 @@ fn weight_one_is_the_denoised_surface() {
     for (owned, origin) in family() {
         let parsed = written(&owned, origin);
         let vertex = |line: Index| owned.model.weld().vertex_of()[line as usize] as usize;
-        let wedges = Wedges::new(&owned.model);
+        let wedges = Wedges::new(&owned.model, &|_| 0);
         let morphed = |name: &str| {
             let base = parsed.attribute::<3>(name).into_iter().map(Vec3::from);
             base.zip(parsed.target(name)).map(|(base, delta)| base + Vec3::from(delta)).collect::<Vec<_>>()
@@ -284,6 +285,7 @@ fn colours_of_vertices_are_linear() {
         materials: &[],
         map: Map { bytes: &png, filter: Filter::Linear, entry: Object::new() },
         relocate: &str::to_owned,
+        pages: None,
         normal_map: Value::Null,
         occlusion: None,
         curvature: None,

@@ -39,6 +39,16 @@ impl Mask {
     pub fn boundary() -> Self {
         Self { boundary: true, runs: Vec::new() }
     }
+    /// The source vertices with these indices, which count from 0.
+    pub fn of_indices(indices: impl IntoIterator<Item = Index>) -> Self {
+        let mut mask = Self { boundary: false, runs: indices.into_iter().map(|v| [v + 1, v + 1]).collect() };
+        mask.join_runs();
+        mask
+    }
+    /// Indices of the source vertices that are named, ascending, counted from 0; without those of the boundary.
+    pub fn indices(&self) -> impl Iterator<Item = Index> {
+        self.runs.iter().flat_map(|[first, last]| first - 1..*last)
+    }
     /// Reads the text for a mesh with so many source vertices.
     pub fn parse(text: &str, source_vertices: usize) -> Result<Self, MaskError> {
         let mut mask = Self::default();

@@ -66,7 +66,10 @@ impl Manifest {
         ensure(is_strength, "displacement.lambda", format!("{} is not a strength", map.lambda))?;
         let is_near = map.origin.to_array().into_iter().all(is_single);
         ensure(is_near, "displacement.origin", format!("{} is too large", map.origin))?;
-        let has_sample_positions = map.layout == Layout::Vertex || self.dominant_uv.is_some();
+        if let Some(pages) = &self.pages {
+            pages.check(self).map_err(|problem| ManifestError::Value { field: "pages", problem })?;
+        }
+        let has_sample_positions = map.layout == Layout::Vertex || self.dominant_uv.is_some() || self.pages.is_some();
         ensure(has_sample_positions, "dominant_uv", "is missing, and the layout `uv` needs it".to_owned())?;
         let has_texels = map.layout == Layout::Uv || map.size().texels() >= self.source.vertices;
         let texels = map.size().texels();
@@ -113,11 +116,17 @@ impl Manifest {
         // Strings, numbers and lists cannot fail to become JSON.
         let mut value = serde_json::to_value(self).unwrap_or_default();
         let lists = [("/dominant_uv/seam_vertices", "seam_vertices"), ("/private_texels", "private_texels")];
-        let lists = lists.map(|(pointer, name)| (name, value.pointer_mut(pointer).map(std::mem::take)));
+        let mut lists = lists.map(|(pointer, name)| (pointer.to_owned(), name)).to_vec();
+        for page in 0..self.page_entries().len() {
+            lists.extend(["seam_vertices", "private_texels"].map(|name| (format!("/pages/maps/{page}/{name}"), name)));
+        }
+        // In the order in which they stand in the text.
+        let take = |(pointer, name): (String, _)| (name, value.pointer_mut(&pointer).map(std::mem::take));
+        let lists: Vec<(&str, Option<serde_json::Value>)> = lists.into_iter().map(take).collect();
         let mut text = serde_json::to_string_pretty(&value).unwrap_or_default();
         for (name, list) in lists {
             if let Some(list) = list {
-                text = text.replace(&format!("\"{name}\": null"), &format!("\"{name}\": {list}"));
+                text = text.replacen(&format!("\"{name}\": null"), &format!("\"{name}\": {list}"), 1);
             }
         }
         text + "\n"
@@ -141,7 +150,10 @@ pub fn named_files(bytes: &[u8]) -> Option<Vec<FileEntry>> {
         "/carrier/mtl",
         "/carrier/glb",
     ];
-    for file in pointers.into_iter().filter_map(text) {
+    let pages = value.pointer("/pages/maps").and_then(serde_json::Value::as_array).map_or(0, Vec::len);
+    let of_pages = (0..pages).flat_map(|page| ["file", "normal_map/file"].map(|of| format!("/pages/maps/{page}/{of}")));
+    let pointers = pointers.into_iter().map(str::to_owned).chain(of_pages);
+    for file in pointers.filter_map(|pointer| text(&pointer)) {
         if files.iter().all(|known| known.file != file) {
             files.push(FileEntry { file, sha256: String::new() });
         }

@@ -41,7 +41,7 @@ impl UvSource {
 /// The displacement map: p' = p − λ · (bias + scale · texel) · n.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MapEntry {
-    /// Name of the image file.
+    /// Name of the image file; with pages of the first of them, as width and height are.
     pub file: String,
     /// Kind of the map: heights or vectors.
     pub map: MapKind,

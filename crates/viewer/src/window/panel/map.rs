@@ -9,6 +9,7 @@ use egui::{Color32, ColorImage, Rect, Sense, Ui, Vec2, pos2};
 use planish_files::text;
 use planish_geometry::bake::{BakeSettings, Carriers, CurvatureMap, LayoutChoice};
 use planish_geometry::map::displacement::{Displacement, TexelFormat};
+use planish_geometry::map::pages::PageRule;
 use std::sync::Arc;
 
 pub(super) fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
@@ -115,6 +116,11 @@ fn texel(map: &Map, [x, y]: [f32; 2]) -> Option<String> {
 fn settings(ui: &mut Ui, settings: &mut BakeSettings) {
     choose(ui, "map", &mut settings.map, bake_config::maps());
     choose(ui, "layout", &mut settings.layout, bake_config::layouts());
+    if matches!(settings.layout, LayoutChoice::Vertex | LayoutChoice::Unwrap) {
+        settings.pages = PageRule::None;
+    } else {
+        choose(ui, "pages", &mut settings.pages, bake_config::choices());
+    }
     if settings.layout == LayoutChoice::Vertex {
         // Its size follows from the number of vertices.
         settings.side = None;
