@@ -2,6 +2,20 @@
 //!
 //! A page is that of a face, because vertices and texture coordinates on the border between two tiles belong to both. A vertex
 //! samples one of the pages of its faces, and all of them hold its height.
+//!
+//! ```
+//! use planish_geometry::map::pages::{PageRule, Pages, Part};
+//! use planish_geometry::mesh::weld::Welding;
+//! use planish_geometry::source::{model::Model, obj::Obj};
+//!
+//! // Two triangles, of which the second lies one tile farther.
+//! let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 1.2 0.1\nvt 1.8 0.9\nvt 1.2 0.9\nf 1/1 2/2 3/3\nf 1/4 3/5 4/6\n";
+//! let model = Model::new(Obj::parse(text.into())?, Welding::Exact);
+//! let pages = Pages::of(model.data(), PageRule::Udim)?.unwrap();
+//! assert_eq!(pages.parts(), [Part::Tile(1001), Part::Tile(1002)]);
+//! assert_eq!(Pages::of(model.data(), PageRule::None)?, None);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use crate::mesh::atlas::{Atlas, AtlasError};
 use crate::mesh::jagged::Index;

@@ -8,8 +8,8 @@
 //! let library = b"newmtl skin\nmap_Kd skin.png\n".to_vec();
 //! assert_eq!(materials::read(&library).unwrap()[0].diffuse_texture.as_deref(), Some("skin.png"));
 //! // The carrier is in a folder below, and has a normal map.
-//! let maps = MapStatements { normal: Some("scan.normal.png"), ..MapStatements::default() };
-//! let carrier = materials::carrier_library(mesh.data(), &[library], &maps, |file| format!("../{file}"));
+//! let maps = |_: &str| MapStatements { normal: Some("scan.normal.png"), ..MapStatements::default() };
+//! let carrier = materials::carrier_library(mesh.data(), &[library], maps, |file| format!("../{file}"));
 //! let text = String::from_utf8_lossy(&carrier);
 //! assert!(text.starts_with("newmtl skin\nnorm scan.normal.png\nmap_Kd ../skin.png\n"), "{text}");
 //! # Ok::<(), ObjError>(())
@@ -196,8 +196,8 @@ pub fn defined<'a>(libraries: &[&'a [u8]]) -> FxHashSet<&'a [u8]> {
 /// for the maps in each material, which `maps` gives by the name of the material.
 ///
 /// Earlier `disp`, `norm` and `bump` statements are left out, and names of texture files are passed through `relocate`,
-/// because the carrier may be in another folder. What is no statement of the format is left out. Materials that no library defines follow in grey, and [`CARRIER_MATERIAL`]
-/// if some faces have no material.
+/// because the carrier may be in another folder. What is no statement of the format is left out. Materials that no library defines
+/// follow in grey, and [`CARRIER_MATERIAL`] if some faces have no material.
 pub fn carrier_library<'a>(
     mesh: &MeshData,
     libraries: &[Vec<u8>],

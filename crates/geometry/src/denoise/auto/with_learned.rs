@@ -2,6 +2,7 @@
 //!
 //! It is asked only where the estimate found noise, so what is left alone stays so. White noise that was taken off is still white: where
 //! a result takes off something that neighbours share, it takes shape off (the residual whiteness principle). Then the mixture stands.
+//! How far the result counts beside the mixture is estimated beforehand (see `evaluate.rs`).
 
 use super::choice::CandidateShare;
 use super::{Candidate, Found, Prepared};
