@@ -92,7 +92,7 @@ fn every_page_gives_each_of_its_vertices_its_height() {
         let bundle = bake_of(&model, &paged(rule));
         let (manifest, report) = (&bundle.manifest, &bundle.manifest.report);
         let names: Vec<String> = manifest.page_entries().iter().map(|page| page.part.to_string()).collect();
-        assert_eq!((manifest.planish, names), (3, parts.iter().map(|part| part.to_string()).collect()), "{name}");
+        assert_eq!((manifest.planish, names), (3, parts.iter().map(ToString::to_string).collect()), "{name}");
         assert_eq!((report.unresolved_vertices, report.seam_gap), (0, 0.0), "{name}: {report:?}");
         assert!(report.map_errors.max_quanta <= Some(0.64), "{name}: {report:?}");
         let displacements = laplacian().displacements(&model, MapKind::Scalar, Some(manifest.normals), &Silent);
