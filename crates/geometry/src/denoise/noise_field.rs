@@ -1,6 +1,7 @@
 //! Estimation of the noise of a mesh as a field: how much it is at each vertex, and what it is like.
 
 mod levels;
+pub(super) mod lines;
 mod network;
 mod outliers;
 mod regions;
