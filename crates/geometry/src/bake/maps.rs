@@ -164,7 +164,7 @@ fn fill_one(
     Ok(Texels { plan, filled: vec![filled], paging: None })
 }
 
-/// What the normal maps are made from.
+/// Mesh, displacements and frames from which the normal maps of a bake are made.
 pub(super) struct NormalMaps<'a> {
     request: &'a Request<'a>,
     atlas: Option<&'a Atlas>,

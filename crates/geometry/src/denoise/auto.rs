@@ -321,8 +321,8 @@ pub fn choose(
     choose_trusting(surface, settings, settings.trust_in_learned(), progress)
 }
 
-/// What [`Auto`] would do without the learned filter: the mixture of its other candidates (#V×3, model units), and what was chosen. The
-/// network that mixes it into the result of the learned filter is fitted to it, and its error beside that of the whole says what the
+/// Runs [`Auto`] without the learned filter. Returns δ = p − p* (#V×3, model units) of the mixture of its other candidates, and what was
+/// chosen. The network that mixes it into the result of the learned filter is fitted to it, and its error beside that of the whole says what the
 /// learned filter is worth.
 pub fn without_learned(
     surface: &Surface,

@@ -129,7 +129,7 @@ impl Evaluation<'_> {
         Ok(Mixture { shares: candidates.iter().zip(weights).map(share).collect(), offsets, learned_share })
     }
 
-    /// What the learned filter makes of a mixture, and how that changes with each probe.
+    /// Runs the learned filter on a mixture. Returns its result, and how that changes with each probe.
     fn learned(
         &self,
         mixed: &CandidateResult,

@@ -305,6 +305,8 @@ fn the_learned_filter_has_a_say_unless_noise_or_candidates_are_told() {
     assert!(usual > 0.1, "{usual}");
     let half = share(&Auto { strength: 0.5, ..Auto::default() });
     assert!(half < usual, "{half} {usual}");
+    let nearly = share(&Auto { strength: 0.9, ..Auto::default() });
+    assert!(nearly > 0.0 && nearly < usual, "{nearly} {usual}");
     assert_eq!(share(&Auto { noise: Some(0.2), ..Auto::default() }), 0.0);
     assert_eq!(share(&Auto { candidates: Some(vec![Candidate::Flat, Candidate::Smooth]), ..Auto::default() }), 0.0);
 }

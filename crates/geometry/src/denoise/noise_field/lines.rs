@@ -67,20 +67,16 @@ impl<'a> Lines<'a> {
     /// deviation of 1 is 1 in the mean. One list for each vertex, with an entry for each of its edges; NaN where no edge goes on.
     /// `lift` gives how far a vertex is lifted, as a vector.
     fn squares(&self, noise: &NoiseField, lift: impl Fn(Index) -> DVec3 + Sync) -> Ragged<f64> {
-        let of_vertex = |v: Index| -> Vec<f64> {
+        self.by_edge(|v, k| {
             let sigma = noise.relative[v as usize] * noise.edge[v as usize];
-            let n = self.normals[v as usize];
             let sides = self.sides.get(v);
-            let square = |side: &Side| {
-                let Some(other) = side.opposite.map(|j| sides[j as usize]) else { return f64::NAN };
-                let share = other.length / (side.length + other.length);
-                let here = lift(v) - share * lift(side.neighbour) - (1.0 - share) * lift(other.neighbour);
-                here.dot(n).powi(2) / (1.0 + share * share + (1.0 - share).powi(2)) / (sigma * sigma)
-            };
-            sides.iter().map(square).collect()
-        };
-        let all: Vec<Vec<f64>> = (0..self.normals.len() as Index).into_par_iter().map(of_vertex).collect();
-        all.into_iter().collect()
+            let side = sides[k];
+            let Some(other) = side.opposite.map(|j| sides[j as usize]) else { return f64::NAN };
+            let share = other.length / (side.length + other.length);
+            let here = lift(v) - share * lift(side.neighbour) - (1.0 - share) * lift(other.neighbour);
+            let square = here.dot(self.normals[v as usize]).powi(2);
+            square / (1.0 + share * share + (1.0 - share).powi(2)) / (sigma * sigma)
+        })
     }
 
     /// Mean of the squares along the line of each edge; NaN where it is too short. Entries as in `squares`.
