@@ -1,4 +1,4 @@
-//! Masks as users name them: a channel of the colours, a picture, groups or materials.
+//! Masks as users name them: a channel of the colours, a picture, a list of weights, groups or materials.
 
 use crate::failure::Failure;
 use crate::input;
@@ -25,12 +25,13 @@ enum Kind {
     Groups(Vec<String>),
     Materials(Vec<String>),
     Picture(PathBuf),
+    Weights(PathBuf),
 }
 
 impl FromStr for MaskOption {
     type Err = String;
 
-    /// Reads `colour:CHANNEL`, `group:NAME,…`, `material:NAME,…` or the name of a picture, after `not:` if it is inverted.
+    /// Reads `colour:CHANNEL`, `group:NAME,…`, `material:NAME,…`, `weights:FILE` or the name of a picture, after `not:` if it is inverted.
     fn from_str(text: &str) -> Result<Self, String> {
         let (inverted, mask) = text.strip_prefix("not:").map_or((false, text), |mask| (true, mask));
         let names = |names: &str| -> Result<Vec<String>, String> {
@@ -47,6 +48,8 @@ impl FromStr for MaskOption {
             }
             Some(("group", list)) => Kind::Groups(names(list)?),
             Some(("material", list)) => Kind::Materials(names(list)?),
+            Some(("weights", "")) => return Err("a name is missing".to_owned()),
+            Some(("weights", file)) => Kind::Weights(file.into()),
             _ if mask.is_empty() => return Err("a name is missing".to_owned()),
             _ => Kind::Picture(mask.into()),
         };
@@ -55,11 +58,11 @@ impl FromStr for MaskOption {
 }
 
 impl MaskOption {
-    /// Path of the picture; `None` for other masks.
-    pub fn picture(&self) -> Option<&PathBuf> {
+    /// Path of the file that the mask is read from; `None` for masks that are in the mesh.
+    pub fn file(&self) -> Option<&PathBuf> {
         match &self.kind {
-            Kind::Picture(path) => Some(path),
-            _ => None,
+            Kind::Picture(path) | Kind::Weights(path) => Some(path),
+            Kind::Colour(_) | Kind::Groups(_) | Kind::Materials(_) => None,
         }
     }
 
@@ -76,6 +79,7 @@ impl MaskOption {
                 return self.of_faces(mesh, &materials(mesh, names).map_err(|e| Failure::at(path, e))?);
             }
             Kind::Picture(picture) => of_picture(mesh, picture, path)?,
+            Kind::Weights(list) => of_list(mesh, list, path)?,
         };
         if self.inverted {
             weights.iter_mut().for_each(|weight| *weight = 1.0 - *weight);
@@ -132,6 +136,27 @@ fn of_picture(mesh: &MeshData, picture: &Path, path: &Path) -> Result<Vec<f32>, 
     Ok(vertex_weights::of_picture(mesh, GreyPicture { width: grey.width(), height: grey.height(), pixels: &pixels }))
 }
 
+/// Weights from a text with one number for each vertex of the file.
+fn of_list(mesh: &MeshData, list: &Path, path: &Path) -> Result<Vec<f32>, Failure> {
+    let weights = input::numbers(list)?;
+    let (found, needed) = (weights.len(), mesh.positions().len());
+    if found != needed {
+        let reason =
+            format!("has {found} weights, but {} has {needed} vertices", one_line(&path.display().to_string()));
+        return Err(Failure::at(list, reason));
+    }
+    match (1..).zip(&weights).find(|(_, weight)| !(0.0..=1.0).contains(*weight)) {
+        Some((number, weight)) => Err(Failure::at(list, format!("weight {number} is {weight}, not from 0 to 1"))),
+        None => Ok(weights),
+    }
+}
+
+/// Text with one weight for each vertex of a file, which `weights:FILE` reads. Rounded to steps of 1/255, as masks are kept, it
+/// gives the same weights again.
+pub fn list(weights: &[f32]) -> String {
+    weights.iter().map(|weight| format!("{}\n", (1e4 * weight).round() / 1e4)).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -143,8 +168,15 @@ mod tests {
         assert_eq!(kind("not:color:gray"), Ok((true, Kind::Colour(ColourChannel::Grey))));
         assert_eq!(kind("group:left eye, lid"), Ok((false, Kind::Groups(vec!["left eye".into(), "lid".into()]))));
         assert_eq!(kind("not:material:skin"), Ok((true, Kind::Materials(vec!["skin".into()]))));
+        assert_eq!(kind("weights:a/mask.txt"), Ok((false, Kind::Weights("a/mask.txt".into()))));
         assert_eq!(kind("C:\\mask.png"), Ok((false, Kind::Picture("C:\\mask.png".into()))));
-        for (text, word) in [("colour:alpha", "alpha"), ("group:", "name"), ("material:a,,b", "name"), ("", "name")] {
+        for (text, word) in [
+            ("colour:alpha", "alpha"),
+            ("group:", "name"),
+            ("material:a,,b", "name"),
+            ("weights:", "name"),
+            ("", "name"),
+        ] {
             assert!(kind(text).unwrap_err().contains(word), "{text}");
         }
     }

@@ -26,11 +26,11 @@ pub(crate) struct LimitArgs {
     /// Restore the enclosed volume by an even offset; an open mesh needs --fix boundary with it
     #[arg(long)]
     preserve_volume: bool,
-    /// How far each vertex may go: colour:CHANNEL, group:NAME, material:NAME, or a grey PNG in the UVs of the mesh
+    /// How far each vertex may go: colour:CHANNEL, group:NAME, material:NAME, weights:FILE, or a grey PNG in the UVs of the mesh
     ///
     /// Weights are from 0 (a vertex stays) to 1. The channels are red, green, blue and grey, of the colours of the vertices. Names of
     /// groups, objects and materials are separated by commas: those vertices go all of whose faces are named, so that no other
-    /// face changes. `not:` before a mask takes 1 minus its weights, and the other faces.
+    /// face changes. A file of weights has one number for each vertex of the mesh; the window writes what was painted there. `not:` before a mask takes 1 minus its weights, and the other faces.
     #[arg(long, value_name = "MASK")]
     mask: Option<MaskOption>,
     /// Move vertices along one direction only: X,Y,Z is an axis (0,0,1 for terrain), ray:X,Y,Z the rays from a camera
@@ -53,13 +53,13 @@ fn fix(text: &str) -> Result<Fix, Infallible> {
 }
 
 impl LimitArgs {
-    /// Lists the files of masks: those with vertices that stay, and the picture.
+    /// Lists the files of masks: those with vertices that stay, and the one of weights.
     pub(super) fn masks(&self) -> impl Iterator<Item = &PathBuf> {
         let fixed = self.fix.iter().filter_map(|fix| match fix {
             Fix::Boundary => None,
             Fix::File(path) => Some(path),
         });
-        fixed.chain(self.mask.as_ref().and_then(MaskOption::picture))
+        fixed.chain(self.mask.as_ref().and_then(MaskOption::file))
     }
     /// Reads those files and returns the limits for the mesh that was read from `path`.
     pub(super) fn limits(&self, source: &Source, path: &Path) -> Result<Limits, Failure> {

@@ -222,7 +222,9 @@ fn masks_hold_vertices_back() {
     let colour = |v: usize| column(v) as f64 / 6.0;
     let left = |v: usize| f64::from(u8::from(column(v) < 3));
     let right = |v: usize| f64::from(u8::from(column(v) > 3));
-    let cases: [(&str, &dyn Fn(usize) -> f64); 8] = [
+    let of_column: String = (0..49).map(|v| format!("{} ", colour(v))).collect();
+    folder.write("column.txt", of_column);
+    let cases: [(&str, &dyn Fn(usize) -> f64); 10] = [
         ("colour:red", &colour),
         ("not:color:red", &|v| 1.0 - colour(v)),
         ("colour:green", &|_| 0.5),
@@ -231,6 +233,8 @@ fn masks_hold_vertices_back() {
         ("material:m_left,m_right", &|_| 1.0),
         ("material:m_right", &right),
         ("mask.png", &|v| picture(v)),
+        ("weights:column.txt", &colour),
+        ("not:weights:column.txt", &|v| 1.0 - colour(v)),
     ];
     for (mask, weight) in cases {
         for (v, (moved, free)) in moved(&folder, &format!("--mask {mask}")).iter().zip(&free).enumerate() {
@@ -264,11 +268,18 @@ fn masks_that_do_not_fit_are_named() {
     let folder = coloured();
     folder.write("bare.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     folder.write("text.png", "no picture");
+    folder.write("few.txt", "1 0.5 0");
+    folder.write("far.txt", "1 ".repeat(48) + "1.5");
+    folder.write("nan.txt", "nan ".repeat(49));
     for (mesh, mask, words) in [
         ("in.obj", "group:middle", &["error: in.obj: has no group and no object `middle`"][..]),
         ("in.obj", "material:left", &["error: in.obj: ", "`left`", "m_left, m_right"]),
         ("in.obj", "text.png", &["error: text.png: "]),
         ("in.obj", "absent.png", &["error: absent.png: "]),
+        ("in.obj", "weights:few.txt", &["error: few.txt: has 3 weights, but in.obj has 49 vertices"]),
+        ("in.obj", "weights:far.txt", &["error: far.txt: weight 49 is 1.5, not from 0 to 1"]),
+        ("in.obj", "weights:nan.txt", &["error: nan.txt: weight 1 is NaN"]),
+        ("in.obj", "weights:text.png", &["error: text.png: `no` is not a number"]),
         ("bare.obj", "colour:red", &["error: bare.obj: has no colours"]),
         ("bare.obj", "text.png", &["error: bare.obj: has no texture coordinates"]),
         ("bare.obj", "material:a", &["error: bare.obj: ", "it has none"]),

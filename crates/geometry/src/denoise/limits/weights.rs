@@ -54,7 +54,7 @@ impl Weights {
         self.runs.last().map_or(0, |run| run.ends[1])
     }
     /// Weight of each vertex: the lowest of its source vertices; empty if all weights are 1. #V
-    pub(super) fn of(&self, vertices: usize, weld: &Weld) -> Vec<f64> {
+    pub fn of(&self, vertices: usize, weld: &Weld) -> Vec<f64> {
         if self.is_empty() {
             return Vec::new();
         }
