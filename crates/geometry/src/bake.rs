@@ -109,6 +109,8 @@ pub struct Bundle {
     pub fallback: Option<Fallback>,
     /// Directions that the map displaces along, for [`model_vertices`](crate::map::displace::model_vertices).
     pub along: DisplacementDirections,
+    /// Standard deviation of the noise that the method assumed at each vertex, model units; empty if it measured none. #V
+    pub deviations: Vec<f64>,
 }
 
 /// True if the feature `unwrap` is on, so that [`LayoutChoice::Unwrap`] can be used.

@@ -25,7 +25,7 @@ pub(crate) mod locality;
 pub mod normals;
 pub mod orientation;
 pub mod polygon;
-pub(crate) mod ray_tree;
+pub mod ray_tree;
 pub mod shapes;
 pub mod surface;
 pub mod synthetic_noise;

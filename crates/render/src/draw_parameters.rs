@@ -36,8 +36,13 @@ pub(crate) fn normal_map_strength(scene: &Scene, settings: &Settings) -> Option<
     }
 }
 
-/// Numbers that the ends of the colour map stand for; `None` if there are no numbers to show.
+/// Numbers that the ends of the colour map stand for; `None` if there are no numbers to show. With a range of the settings, the numbers
+/// of the vertices may be on the device alone.
 pub(crate) fn heat_range(scene: &Scene, settings: &Settings) -> Option<Range> {
+    let is_known = settings.shading == Shading::Heat || scene.displacement.is_some();
+    if let Some(range) = settings.heat.range.filter(|_| is_known) {
+        return Some(range);
+    }
     let heights;
     let numbers = if settings.shading == Shading::Height {
         heights = scene.displacement.as_ref()?.heights(&settings.displace);
@@ -45,9 +50,6 @@ pub(crate) fn heat_range(scene: &Scene, settings: &Settings) -> Option<Range> {
     } else {
         scene.mesh().scalars.as_ref()?
     };
-    if settings.heat.range.is_some() {
-        return settings.heat.range;
-    }
     let finite = || numbers.iter().copied().filter(|x| x.is_finite());
     let low = finite().reduce(f32::min)?;
     let high = finite().reduce(f32::max)?;

@@ -140,6 +140,7 @@ impl Draft {
         files.push(file(&format!("{}.planish.json", names.stem), json));
         let (choice, fallback) = maps.plan.into_reasons();
         let along = DisplacementDirections { normals: displacements.normals.clone(), frames: maps.frames };
-        Ok(Bundle { files, manifest, choice, fallback, along })
+        let deviations = displacements.choice.as_ref().map_or_else(Vec::new, |choice| choice.deviations.clone());
+        Ok(Bundle { files, manifest, choice, fallback, along, deviations })
     }
 }

@@ -38,7 +38,8 @@ pub(crate) struct Run {
 impl RenderMesh {
     pub(crate) fn new(scene: &Scene) -> Self {
         let mesh = scene.mesh();
-        let (vertices, extras) = (0..mesh.positions.len()).map(|v| vertex(scene, v)).unzip();
+        let vertices = (0..mesh.positions.len()).map(|v| vertex(scene, v)).collect();
+        let extras = extras(scene, mesh.scalars.as_deref());
         let mut wedges = Wedges { all: Vec::new(), first: vec![NONE; mesh.positions.len()], next: Vec::new() };
         let mut corners = Vec::with_capacity(3 * mesh.triangles.len());
         let texture = |t: &usize| scene.textures.of_triangle(*t);
@@ -92,26 +93,39 @@ fn frame(tangent: Tangent) -> Vec4 {
     tangent.tangent.extend(tangent.sign)
 }
 
-fn vertex(scene: &Scene, v: usize) -> (Vertex, Extra) {
-    let mesh = scene.mesh();
-    let number = mesh.scalars.as_ref().map(|scalars| scalars[v]).filter(|x| x.is_finite());
-    let mut vertex = Vertex { position: mesh.positions[v], ..Vertex::default() };
-    let mut extra = Extra {
-        number: number.unwrap_or(0.0),
-        has_number: if number.is_some() { 1.0 } else { 0.0 },
-        ..Extra::default()
-    };
+fn vertex(scene: &Scene, v: usize) -> Vertex {
+    let mut vertex = Vertex { position: scene.mesh().positions[v], ..Vertex::default() };
     if let Some(binding) = &scene.displacement {
         let of_map = &binding.vertices[v];
         vertex.normal = of_map.normal;
-        extra.tangent = frame(of_map.tangent);
         match of_map.sample_at {
             None => {}
-            Some(SampleAt::Uv(uv)) => (vertex.place, extra.uv) = (1, uv),
+            Some(SampleAt::Uv(_)) => vertex.place = 1,
             Some(SampleAt::Texel(texel)) => (vertex.place, vertex.texel) = (2, texel),
         }
     }
-    (vertex, extra)
+    vertex
+}
+
+/// What only some shadings read of the vertices of a scene, with other numbers for its heat map than the scene may have. #V
+pub(crate) fn extras(scene: &Scene, scalars: Option<&[f32]>) -> Vec<Extra> {
+    let extra = |v: usize| {
+        let number = scalars.map(|scalars| scalars[v]).filter(|x| x.is_finite());
+        let mut extra = Extra {
+            number: number.unwrap_or(0.0),
+            has_number: if number.is_some() { 1.0 } else { 0.0 },
+            ..Extra::default()
+        };
+        if let Some(binding) = &scene.displacement {
+            let of_map = &binding.vertices[v];
+            extra.tangent = frame(of_map.tangent);
+            if let Some(SampleAt::Uv(uv)) = of_map.sample_at {
+                extra.uv = uv;
+            }
+        }
+        extra
+    };
+    (0..scene.mesh().positions.len()).map(extra).collect()
 }
 
 const NONE: u32 = u32::MAX;

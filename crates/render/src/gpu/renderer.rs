@@ -24,7 +24,7 @@ use crate::colour::{linear_from_byte, pixel_from_linear};
 use crate::draw_parameters::derives_normals;
 use crate::gpu::{DEPTH, FORMAT, Gpu, NoGpu};
 use crate::legend;
-use crate::scene::Scene;
+use crate::scene::{Scene, SceneError};
 use crate::settings::{Displace, Settings, Size};
 use bind_groups::Layouts;
 use frame::Picture;
@@ -104,6 +104,16 @@ impl Renderer {
     /// Copies a scene to the device.
     pub fn upload(&self, scene: &Scene) -> Result<GpuScene, NoGpu> {
         GpuScene::new(&self.gpu, &self.layouts, scene)
+    }
+
+    /// Replaces the numbers of the vertices of a scene that was uploaded, for heat maps, while the scene itself stays as it is.
+    pub fn set_scalars(&self, gpu_scene: &GpuScene, scene: &Scene, scalars: &[f32]) -> Result<(), SceneError> {
+        let (found, expected) = (scalars.len(), scene.mesh().positions.len());
+        if found != expected {
+            return Err(SceneError::ScalarCount { found, expected });
+        }
+        gpu_scene.set_scalars(&self.gpu, scene, scalars);
+        Ok(())
     }
 
     /// Buffers for pictures of a size, with as many samples per pixel as `smooth` edges take, or with one.

@@ -5,9 +5,9 @@ use crate::support::{duck, no_complaints, renderer, small};
 use glam::Vec3;
 use image::RgbaImage;
 use planish_render::gpu::Backend;
-use planish_render::scene::{Occlusion, Scene};
+use planish_render::scene::{Occlusion, Scene, SceneError};
 use planish_render::settings::lights::{Light, LightKind};
-use planish_render::settings::{Normals, Overlay, Sampling, Settings, Shading};
+use planish_render::settings::{Normals, Overlay, Range, Sampling, Settings, Shading};
 use planish_render::software;
 use planish_render::texture::{Content, Texture, Textures};
 
@@ -44,6 +44,26 @@ fn agree(scene: &Scene, settings: &Settings, gpu: &RgbaImage, what: &str) {
 /// Three samples along each side: the GPU then takes one sample at each place, as the twin does.
 fn settings() -> Settings {
     Settings { supersampling: 3, ..small([160, 140]) }
+}
+
+#[test]
+fn numbers_that_are_replaced_are_drawn_as_those_of_a_scene_that_has_them() {
+    let renderer = renderer(Backend::Vulkan);
+    let without = duck();
+    let numbers: Vec<f32> = without.mesh().positions.iter().map(|p| if p.y < 0.0 { f32::NAN } else { p.x }).collect();
+    let mut with = without.clone();
+    with.set_scalars(numbers.clone()).unwrap();
+    let mut settings = Settings { shading: Shading::Heat, ..settings() };
+    settings.heat.range = Some(Range { low: -1.0, high: 1.0 });
+    let gpu_scene = renderer.upload(&without).unwrap();
+    let plain = renderer.image_of(&gpu_scene, &without, &settings);
+    renderer.set_scalars(&gpu_scene, &without, &numbers).unwrap();
+    let replaced = renderer.image_of(&gpu_scene, &without, &settings);
+    assert_ne!(plain, replaced);
+    assert_eq!(replaced, renderer.image(&with, &settings).unwrap());
+    let error = renderer.set_scalars(&gpu_scene, &without, &numbers[1..]).unwrap_err();
+    assert_eq!(error, SceneError::ScalarCount { found: numbers.len() - 1, expected: numbers.len() });
+    no_complaints(&renderer);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use super::bind_groups::{Layouts, bind};
 use super::targets::{self, Samplers};
 use crate::displaced_mesh::DisplacementBinding;
 use crate::environment::cube::CubeMap;
-use crate::gpu::render_mesh::{RenderMesh, Run};
+use crate::gpu::render_mesh::{RenderMesh, Run, extras};
 use crate::gpu::types::{Displacement, Frame};
 use crate::gpu::{Gpu, NoGpu};
 use crate::scene::Scene;
@@ -22,6 +22,7 @@ pub struct GpuScene {
     pub(super) frame: wgpu::Buffer,
     pub(super) displacement: wgpu::Buffer,
     pub(super) positions: wgpu::Buffer,
+    extras: wgpu::Buffer,
     pub(super) map_bindings: wgpu::BindGroup,
     pub(super) surface_bindings: wgpu::BindGroup,
     /// Bind group of the surface for compute passes: it leaves out the normals that are being computed.
@@ -52,7 +53,7 @@ impl GpuScene {
         if let Some(bytes) = all.iter().map(|bytes| bytes.len() as u64).find(|bytes| *bytes > limit) {
             return Err(NoGpu::TooLarge { adapter: gpu.adapter.name.clone(), bytes, limit });
         }
-        let storage = |bytes: &[u8]| gpu.filled(bytes, BufferUsages::STORAGE);
+        let storage = |bytes: &[u8]| gpu.filled(bytes, BufferUsages::STORAGE | BufferUsages::COPY_DST);
         let buffer = |size, usage| {
             device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
         };
@@ -92,6 +93,7 @@ impl GpuScene {
             frame,
             displacement,
             positions,
+            extras,
             environment: environment_map(gpu, scene),
             environment_sampler: targets::smooth_sampler(device),
             runs: mesh.runs,
@@ -101,6 +103,11 @@ impl GpuScene {
             plain,
             heat_maps: Colormap::ALL.iter().map(|map| targets::row(gpu, &texels(*map))).collect(),
         })
+    }
+
+    /// Replaces the numbers of the vertices, for heat maps. `scene` is the one that was uploaded. Numbers that are not finite have no colour. #V
+    pub(super) fn set_scalars(&self, gpu: &Gpu, scene: &Scene, scalars: &[f32]) {
+        gpu.queue.write_buffer(&self.extras, 0, &contents(&extras(scene, Some(scalars))));
     }
 
     /// Returns the size of the buffers, bytes; textures come on top.
