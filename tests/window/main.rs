@@ -164,6 +164,52 @@ fn a_denoised_mesh_is_looked_at_and_measured_against_the_clean_one() {
 
 #[test]
 #[ignore = "needs Xvfb, xdotool and ImageMagick; tests/run runs it"]
+fn a_mask_is_painted_saved_and_taken_by_the_command_line() {
+    let mut desk = Desk::new();
+    bring(&desk, "duck_noisy.obj", "duck.obj");
+    bring(&desk, "duck.mtl", "duck.mtl");
+    desk.start_with(&["duck.obj"]);
+    desk.until("baked", |s| s["baked"] == true && s["showing"] == false);
+    desk.choose_method("taubin");
+    desk.until("baked again", |s| s["method"]["name"] == "taubin" && s["baked"] == true && s["showing"] == false);
+    let free = desk.settled_view();
+    desk.key("n");
+    desk.key("n");
+    desk.key("m");
+    desk.until("ready to paint", |s| s["busy"] == serde_json::json!([]) && s["painting"] == true);
+    let before = desk.settled_view();
+    desk.drag("view", [0.45, 0.45], [0.55, 0.55]);
+    desk.until("baked with the mask", |s| s["baked"] == true && s["method"]["limits"]["mask"].is_object());
+    let painted = desk.settled_view();
+    assert!(painted.differs(&before) > 0.01, "what is painted is seen");
+    desk.keep("window_mask");
+    // Beside the model the mouse turns it, and paints nothing.
+    let mask = desk.state()["method"]["limits"]["mask"].clone();
+    desk.drag("view", [0.03, 0.05], [0.1, 0.1]);
+    assert!(desk.settled_view().differs(&painted) > 0.05, "the model is turned");
+    desk.click("save mask");
+    desk.until("saved", |s| s["messages"][0].as_str().is_some_and(|m| m.ends_with("duck-mask.txt")));
+    desk.key("m");
+    desk.until("painted", |s| s["painting"] == false);
+    assert!(desk.settled_view().differs(&free) > 0.005, "the map obeys the mask");
+
+    let ours = desk.path("window");
+    desk.save(&ours);
+    desk.until("saved", |s| s["messages"].to_string().contains("files to "));
+    desk.key("ctrl+q");
+    desk.ended();
+    let saved: serde_json::Value = serde_json::from_slice(&fs::read(ours.join("duck.planish.json")).unwrap()).unwrap();
+    assert_eq!(saved["method"]["limits"]["mask"], mask);
+    let [mesh, list, theirs] = ["duck.obj", "duck-mask.txt", "command"].map(|name| desk.path(name));
+    let mask = format!("weights:{}", list.display());
+    let line = ["planish", "bake", &mesh.to_string_lossy(), "--method", "taubin", "--mask", &mask, "--quiet", "-o"];
+    planish::run(line.iter().copied().chain([&*theirs.to_string_lossy()]).map(Into::into).collect::<Vec<_>>());
+    let map = |folder: &Path| fs::read(folder.join("duck.displacement.png")).unwrap();
+    assert!(map(&ours) == map(&theirs), "the mask in the file is the one that was painted");
+}
+
+#[test]
+#[ignore = "needs Xvfb, xdotool and ImageMagick; tests/run runs it"]
 fn what_cannot_be_opened_is_named_and_what_is_open_stays() {
     let mut desk = Desk::new();
     let write = |name: &str, bytes: &[u8]| fs::write(desk.path(name), bytes).unwrap();

@@ -6,10 +6,13 @@ pub mod capture;
 pub mod document;
 pub mod history;
 pub mod jobs;
+pub mod mask_painter;
 pub mod measurement;
+pub mod mesh_list;
 mod messages;
 mod results;
 mod schedule;
+pub mod vertex_numbers;
 pub mod watch;
 pub mod window_state;
 
@@ -21,7 +24,9 @@ use bake_config::BakeConfig;
 use document::{Document, Map, Origin};
 use history::History;
 use jobs::{Slot, Status, Wake};
+use mask_painter::{Brush, Canvas, MaskPainter};
 use measurement::{Clean, Measured};
+use mesh_list::MeshList;
 use planish_files::bake_files;
 use planish_files::failure::Failure;
 use planish_files::input::Trust;
@@ -31,6 +36,7 @@ use results::{Loaded, Saved};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
+use vertex_numbers::Quantity;
 use watch::Watch;
 use window_state::WindowState;
 
@@ -63,6 +69,12 @@ pub struct App {
     pub window_state: WindowState,
     /// Rule on the files that a mesh or a manifest names.
     pub trust: Trust,
+    /// Brush that paints masks.
+    pub brush: Brush,
+    /// Numbers that the model is coloured by, in the shading that shows numbers.
+    pub quantity: Quantity,
+    painter: MaskPainter,
+    meshes: MeshList,
     document: Option<Arc<Document>>,
     map: Option<Arc<Map>>,
     clean: Option<Arc<Clean>>,
@@ -83,9 +95,11 @@ pub struct App {
     baking: Slot<Map>,
     saving: Slot<Saved>,
     measuring: Slot<Measured>,
-    /// The λ and map of the last measurement that was begun.
-    measured_for: Option<(f32, Option<usize>)>,
+    /// What the last measurement that was begun is of.
+    measured_for: Option<measurement::Key>,
     drawing: Slot<Vec<PathBuf>>,
+    preparing: Slot<(Arc<Document>, Arc<Canvas>)>,
+    baking_all: Slot<mesh_list::Baked>,
     watch: Watch,
     /// Path that is being loaded, or was loaded last.
     source: Option<PathBuf>,
@@ -104,11 +118,16 @@ pub enum Work {
     Measure,
     /// Work that draws pictures to disk.
     Draw,
+    /// Work that prepares a mesh for painting.
+    Prepare,
+    /// Work that bakes all meshes of the list.
+    BakeAll,
 }
 
 impl Work {
     /// Every kind of work.
-    pub const ALL: [Self; 5] = [Self::Load, Self::Bake, Self::Save, Self::Measure, Self::Draw];
+    pub const ALL: [Self; 7] =
+        [Self::Load, Self::Bake, Self::Save, Self::Measure, Self::Draw, Self::Prepare, Self::BakeAll];
 }
 
 impl App {
@@ -121,6 +140,10 @@ impl App {
             rebake: Rebake::default(),
             window_state,
             trust: Trust::default(),
+            brush: Brush::default(),
+            quantity: Quantity::default(),
+            painter: MaskPainter::default(),
+            meshes: MeshList::default(),
             document: None,
             map: None,
             clean: None,
@@ -137,6 +160,8 @@ impl App {
             measuring: Slot::new(Arc::clone(wake)),
             measured_for: None,
             drawing: Slot::new(Arc::clone(wake)),
+            preparing: Slot::new(Arc::clone(wake)),
+            baking_all: Slot::new(Arc::clone(wake)),
             watch: Watch::new(Arc::clone(wake)),
             source: None,
         }
@@ -167,6 +192,8 @@ impl App {
             Work::Save => self.saving.status(),
             Work::Measure => self.measuring.status(),
             Work::Draw => self.drawing.status(),
+            Work::Prepare => self.preparing.status(),
+            Work::BakeAll => self.baking_all.status(),
         }
     }
 
@@ -181,6 +208,8 @@ impl App {
             Work::Save => self.saving.cancel(),
             Work::Measure => self.measuring.cancel(),
             Work::Draw => self.drawing.cancel(),
+            Work::Prepare => self.preparing.cancel(),
+            Work::BakeAll => self.baking_all.cancel(),
         }
     }
 
@@ -189,7 +218,9 @@ impl App {
         self.loading.cancel();
         self.baking.cancel();
         self.measuring.cancel();
+        self.preparing.cancel();
         self.saving.finish();
+        self.baking_all.finish();
         self.drawing.finish();
     }
 

@@ -35,6 +35,14 @@ pub(crate) struct Args {
     #[arg(long, value_name = "OUT.png")]
     pub(crate) headless: Option<PathBuf>,
 
+    /// Draw λ on its way from 0 to its value and back, as an animated PNG.
+    #[arg(long, requires = "headless", conflicts_with_all = ["before_after", "heights"])]
+    pub(crate) animate: bool,
+
+    /// Draw the mesh as it is in the left half, and with its map in the right.
+    #[arg(long, requires = "headless", conflicts_with = "heights")]
+    pub(crate) before_after: bool,
+
     /// Write a report instead: one HTML file with the mesh before and after, heat maps, histograms and figures, which needs no network.
     #[arg(long, value_name = "OUT.html", conflicts_with_all = ["headless", "timings", "heights", "shading"])]
     pub(crate) report: Option<PathBuf>,

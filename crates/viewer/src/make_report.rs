@@ -20,6 +20,7 @@ use planish_render::scene::Scene;
 use planish_render::settings::{Displace, Heat, Settings, Shading};
 use planish_viewer::app::bake_config::BakeConfig;
 use planish_viewer::app::capture;
+use planish_viewer::app::vertex_numbers::VertexNumbers;
 use planish_viewer::open::{self, Opened};
 use planish_viewer::report::{self, HeatMap, Histogram, Report};
 use planish_viewer::vertex_error;
@@ -31,7 +32,7 @@ pub(crate) fn write(args: &Args, output: &Path, mut settings: Settings) -> Resul
     let file = Output::open(output, &args.inputs())?;
     // A report needs the map, whatever its strength.
     let baking = Settings { displace: Displace { lambda: 1.0, ..settings.displace }, ..settings.clone() };
-    let Opened { mesh, model, scene, map, warnings, .. } = open::open(&args.files()?, &baking, &terminal)?;
+    let Opened { mesh, model, scene, map, baked, warnings } = open::open(&args.files()?, &baking, &terminal)?;
     warnings.iter().for_each(|text| terminal.warn(text));
     let map = map.ok_or_else(|| Failure::Input("--report needs a map".to_owned()))?;
     if args.settings.is_none() && args.lambda.is_none() {
@@ -53,6 +54,11 @@ pub(crate) fn write(args: &Args, output: &Path, mut settings: Settings) -> Resul
         ..Report::default()
     };
     report.heat_maps.push(subject.heights()?);
+    // A map that was opened does not say where its noise was found.
+    let deviations = baked.map_or_else(Vec::new, |baked| baked.bundle.deviations);
+    if let Some(noise) = VertexNumbers::of_noise(&deviations, model.surface().mean_edge()) {
+        report.heat_maps.push(subject.noise(&noise)?);
+    }
     report.histograms.extend(histograms(&subject, &moves));
     if let Some(path) = &args.clean {
         subject.compare(&model, path, &mut report)?;
@@ -92,6 +98,20 @@ impl Subject<'_> {
         Ok(HeatMap {
             title: "Height of the noise".to_owned(),
             caption: "How far the noise lifted each vertex, or pushed it in, in units of the model.".to_owned(),
+            picture: capture::png(&self.draw(&settings)?)?,
+        })
+    }
+
+    /// Draws the noise that was found, on the mesh as it is.
+    fn noise(&mut self, noise: &VertexNumbers) -> Result<HeatMap, Failure> {
+        self.scene.set_scalars(noise.numbers.to_vec()).map_err(Failure::internal)?;
+        let heat = Heat { map: VertexNumbers::COLORMAP, range: Some(noise.range), ..self.settings.heat };
+        let displace = self.no_displacement();
+        let settings = Settings { shading: Shading::Heat, heat, displace, ..self.settings.clone() };
+        Ok(HeatMap {
+            title: "Where the noise is".to_owned(),
+            caption: "Standard deviation of the noise that was found, in mean edge lengths. The darkest colour is no noise, or a place where none could be measured."
+                .to_owned(),
             picture: capture::png(&self.draw(&settings)?)?,
         })
     }

@@ -97,8 +97,16 @@ fn picture(args: &Args, output: &Path, settings: Settings) -> Result<(), Failure
     let settings_file = args.save_settings.as_deref().map(|path| Output::open(path, &inputs)).transpose()?;
     let (scene, settings) = scene(args, settings, &terminal)?;
     terminal.stage("drawing");
-    let picture = draw(&scene, &settings, args.backend, &terminal)?;
-    let mut files = vec![(picture_file, capture::png(&picture)?)];
+    let mut drawer = Drawer::open(&scene, args.backend, &terminal)?;
+    let bytes = if args.animate {
+        capture::animation(&settings, |settings| drawer.draw(settings), &terminal)?
+    } else if args.before_after {
+        capture::png(&capture::before_after(&settings, |settings| drawer.draw(settings))?)?
+    } else {
+        capture::png(&drawer.draw(&settings)?)?
+    };
+    drawer.warn(&terminal);
+    let mut files = vec![(picture_file, bytes)];
     if let Some(file) = settings_file {
         files.push((file, settings.to_json().map_err(Failure::internal)?.into_bytes()));
     }
@@ -106,32 +114,57 @@ fn picture(args: &Args, output: &Path, settings: Settings) -> Result<(), Failure
     output::write_all(files)
 }
 
+/// Draws pictures of one scene, on a GPU or on the processor.
+enum Drawer<'a> {
+    Gpu(Painter<'a>),
+    Software(&'a Scene),
+}
+
+impl<'a> Drawer<'a> {
+    /// Opens the backend; where it may choose, it takes the processor if no GPU can be used.
+    fn open(scene: &'a Scene, backend: Backend, terminal: &Terminal) -> Result<Self, Failure> {
+        let renderer = match backend {
+            Backend::Software => return Ok(Self::Software(scene)),
+            _ => match Gpu::open(backend) {
+                Ok(gpu) => Renderer::new(gpu),
+                Err(NoGpu::NoAdapter { .. }) if backend == Backend::Auto => return Ok(Self::Software(scene)),
+                Err(e) => return Err(Failure::internal(e)),
+            },
+        };
+        match Painter::new(backend, renderer, scene) {
+            Err(e @ NoGpu::TooLarge { .. }) if backend == Backend::Auto => {
+                terminal.warn(&e.to_string());
+                Ok(Self::Software(scene))
+            }
+            painter => Ok(Self::Gpu(painter.map_err(Failure::internal)?)),
+        }
+    }
+
+    fn draw(&mut self, settings: &Settings) -> Result<RgbaImage, Failure> {
+        match self {
+            Self::Gpu(painter) => painter.picture(settings).map_err(Failure::internal),
+            Self::Software(scene) => Ok(software::render(scene, settings)),
+        }
+    }
+
+    /// Warns of what the driver complained about.
+    fn warn(&self, terminal: &Terminal) {
+        if let Self::Gpu(painter) = self {
+            painter.renderer().gpu().validation_errors().iter().for_each(|error| terminal.warn(error));
+        }
+    }
+}
+
+/// Draws one picture of a scene.
 pub(crate) fn draw(
     scene: &Scene,
     settings: &Settings,
     backend: Backend,
     terminal: &Terminal,
 ) -> Result<RgbaImage, Failure> {
-    let renderer = match backend {
-        Backend::Software => None,
-        _ => match Gpu::open(backend) {
-            Ok(gpu) => Some(Renderer::new(gpu)),
-            Err(NoGpu::NoAdapter { .. }) if backend == Backend::Auto => None,
-            Err(e) => return Err(Failure::internal(e)),
-        },
-    };
-    let Some(renderer) = renderer else { return Ok(software::render(scene, settings)) };
-    let mut painter = match Painter::new(backend, renderer, scene) {
-        Err(e @ NoGpu::TooLarge { .. }) if backend == Backend::Auto => {
-            terminal.warn(&e.to_string());
-            return Ok(software::render(scene, settings));
-        }
-        painter => painter.map_err(Failure::internal)?,
-    };
-    let picture = painter.picture(settings).map_err(Failure::internal)?;
-    for error in painter.renderer().gpu().validation_errors() {
-        terminal.warn(&error);
-    }
+    let mut drawer = Drawer::open(scene, backend, terminal)?;
+    let picture = drawer.draw(settings)?;
+    drawer.warn(terminal);
     Ok(picture)
 }
 

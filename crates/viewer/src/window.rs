@@ -4,6 +4,7 @@ mod dialog;
 mod keys;
 mod log;
 mod orbit;
+mod paint;
 pub mod panel;
 mod surface;
 mod ui_state;
@@ -16,9 +17,12 @@ use crate::app::jobs::{self, Wake};
 use crate::app::window_state::{self, WindowState};
 use crate::app::{App, Gesture, MessageKind, capture, document};
 use dialog::FilePurpose;
+use egui_winit::accesskit_winit;
 use log::Log;
 use planish_files::failure::Failure;
 use planish_files::input::Trust;
+use planish_files::output::Output;
+use planish_geometry::progress::Progress as _;
 use planish_render::gpu::{Backend, NoGpu};
 use planish_render::settings::{Settings, Shading};
 use std::fmt::Display;
@@ -54,15 +58,26 @@ pub struct Options {
     pub log: Option<PathBuf>,
 }
 
-/// Event that wakes the window: something happened in the background.
-#[derive(Clone, Copy, Debug)]
-struct BackgroundEvent;
+/// Event that wakes the window.
+#[derive(Debug)]
+enum UserEvent {
+    /// Something happened in the background.
+    Background,
+    /// A screen reader asks for something.
+    Accessibility(accesskit_winit::Event),
+}
+
+impl From<accesskit_winit::Event> for UserEvent {
+    fn from(event: accesskit_winit::Event) -> Self {
+        Self::Accessibility(event)
+    }
+}
 
 /// Opens the window and runs until it is closed.
 pub fn run(options: Options) -> Result<(), Failure> {
     // Work in the background shares the cores with the window, which comes first.
     let _ = rayon::ThreadPoolBuilder::new().start_handler(|_| jobs::lower_priority()).build_global();
-    let event_loop = EventLoop::<BackgroundEvent>::with_user_event().build().map_err(no_window)?;
+    let event_loop = EventLoop::<UserEvent>::with_user_event().build().map_err(no_window)?;
     let mut window_app = WindowApp::new(options, event_loop.create_proxy())?;
     event_loop.run_app(&mut window_app).map_err(no_window)?;
     window_app.failed.map_or(Ok(()), Err)
@@ -73,7 +88,7 @@ struct WindowApp {
     app: App,
     ui_state: UiState,
     log: Log,
-    proxy: EventLoopProxy<BackgroundEvent>,
+    proxy: EventLoopProxy<UserEvent>,
     open: Option<Open>,
     failed: Option<Failure>,
 }
@@ -90,7 +105,7 @@ struct Open {
 }
 
 impl WindowApp {
-    fn new(options: Options, proxy: EventLoopProxy<BackgroundEvent>) -> Result<Self, Failure> {
+    fn new(options: Options, proxy: EventLoopProxy<UserEvent>) -> Result<Self, Failure> {
         let log = Log::open(options.log.as_deref())?;
         let window_state = window_state::path().map(|path| WindowState::load(&path)).unwrap_or_default();
         let mut app = App::new(&wake(&proxy), window_state);
@@ -106,9 +121,14 @@ impl WindowApp {
             .with_title("planish")
             .with_inner_size(LogicalSize::new(width, height))
             .with_min_inner_size(LogicalSize::new(480.0, 320.0))
-            .with_maximized(self.app.window_state.maximised);
+            .with_maximized(self.app.window_state.maximised)
+            // Screen readers are told of a window before it is seen.
+            .with_visible(false);
         let window = event_loop.create_window(attributes).map_err(no_window)?;
-        self.open_on(Arc::new(window), event_loop)
+        let mut open = self.open_on(Arc::new(window), event_loop)?;
+        open.input.init_accesskit(event_loop, &open.window, self.proxy.clone());
+        open.window.set_visible(true);
+        Ok(open)
     }
 
     /// Opens everything that draws in a window. None of it outlives its graphics device.
@@ -125,11 +145,14 @@ impl WindowApp {
 
     /// Begins anew on another device: drivers are updated, cards are pulled out and notebooks wake up.
     fn replace_device(&mut self, event_loop: &ActiveEventLoop) {
-        let Some(Open { window, surface, .. }) = self.open.take() else { return };
+        let Some(Open { window, surface, mut input, .. }) = self.open.take() else { return };
         // A window has one surface at a time.
         drop(surface);
         match self.open_on(Arc::clone(&window), event_loop) {
-            Ok(open) if !open.targets.is_lost() => {
+            Ok(mut open) if !open.targets.is_lost() => {
+                // It is of the window, which stays.
+                open.input.accesskit = input.accesskit.take();
+                open.context.enable_accesskit();
                 self.app.say(MessageKind::Warning, "the graphics device was lost and has been replaced");
                 self.ui_state.forget_device();
                 self.open = Some(open);
@@ -185,14 +208,28 @@ impl WindowApp {
                 Action::Quit => event_loop.exit(),
                 Action::Copy(text) => open.context.copy_text(text),
                 Action::Screenshot => {
-                    let (Some(document), Some(draw)) = (app.document(), open.targets.drawer()) else { continue };
-                    let (path, settings) = (capture::screenshot(&document.mesh), for_file(&app.choices.view));
+                    let (Some(document), Some(draw)) = (app.document(), open.targets.drawer(app)) else { continue };
+                    let (path, settings) = (capture::screenshot(&document.mesh), for_file(&app.shown_view()));
                     app.draw(move |_| Ok(vec![capture::save(&draw(&settings)?, &path)?]));
                 }
+                Action::BeforeAfter => {
+                    let (Some(document), Some(draw)) = (app.document(), open.targets.drawer(app)) else { continue };
+                    let (path, settings) = (capture::before_after_file(&document.mesh), for_file(&app.shown_view()));
+                    app.draw(move |_| Ok(vec![capture::save(&capture::before_after(&settings, draw)?, &path)?]));
+                }
+                Action::Animation => {
+                    let (Some(document), Some(draw)) = (app.document(), open.targets.drawer(app)) else { continue };
+                    let (path, settings) = (capture::animation_file(&document.mesh), for_file(&app.shown_view()));
+                    app.draw(move |ticket| {
+                        let bytes = capture::animation(&settings, draw, ticket)?;
+                        ticket.check()?;
+                        Ok(vec![Output::open(&path, &[])?.write(&bytes)?])
+                    });
+                }
                 Action::Turntable(count) => {
-                    let (Some(document), Some(draw)) = (app.document(), open.targets.drawer()) else { continue };
+                    let (Some(document), Some(draw)) = (app.document(), open.targets.drawer(app)) else { continue };
                     let folder = capture::turntable_folder(&document.mesh);
-                    let settings = for_file(&app.choices.view);
+                    let settings = for_file(&app.shown_view());
                     app.draw(move |ticket| capture::turntable(&settings, count, &folder, draw, ticket));
                 }
             }
@@ -222,11 +259,11 @@ fn for_file(view: &Settings) -> Settings {
     Settings { supersampling, ..view.clone() }
 }
 
-fn wake(proxy: &EventLoopProxy<BackgroundEvent>) -> Wake {
+fn wake(proxy: &EventLoopProxy<UserEvent>) -> Wake {
     let proxy = proxy.clone();
     Arc::new(move || {
         // A loop that has ended needs no news.
-        let _ = proxy.send_event(BackgroundEvent);
+        let _ = proxy.send_event(UserEvent::Background);
     })
 }
 
@@ -237,6 +274,7 @@ fn take(app: &mut App, purpose: FilePurpose, path: &Path) {
         FilePurpose::Clean if is_mesh => app.compare_with(path),
         FilePurpose::Target if is_mesh => app.choices.bake_config.target = Some(path.to_owned()),
         FilePurpose::Mask if !is_mesh => app.choices.bake_config.limits.mask = Some(path.to_owned()),
+        FilePurpose::Weights => app.open_mask(path),
         FilePurpose::Environment => {
             let Ok(source) = crate::environment::parse_source(&path.to_string_lossy());
             app.choices.view.environment.get_or_insert_default().source = source;
@@ -245,7 +283,7 @@ fn take(app: &mut App, purpose: FilePurpose, path: &Path) {
     }
 }
 
-impl ApplicationHandler<BackgroundEvent> for WindowApp {
+impl ApplicationHandler<UserEvent> for WindowApp {
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
         if self.open.is_some() {
             return;
@@ -262,10 +300,19 @@ impl ApplicationHandler<BackgroundEvent> for WindowApp {
         }
     }
 
-    fn user_event(&mut self, _: &ActiveEventLoop, _: BackgroundEvent) {
-        if let Some(open) = &self.open {
-            open.window.request_redraw();
+    fn user_event(&mut self, _: &ActiveEventLoop, event: UserEvent) {
+        use accesskit_winit::WindowEvent as Asked;
+        let Some(open) = &mut self.open else { return };
+        match event {
+            UserEvent::Background => {}
+            UserEvent::Accessibility(event) => match event.window_event {
+                // What is on screen is described only while somebody reads it.
+                Asked::InitialTreeRequested => open.context.enable_accesskit(),
+                Asked::ActionRequested(request) => open.input.on_accesskit_action_request(request),
+                Asked::AccessibilityDeactivated => open.context.disable_accesskit(),
+            },
         }
+        open.window.request_redraw();
     }
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
@@ -281,7 +328,11 @@ impl ApplicationHandler<BackgroundEvent> for WindowApp {
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::Resized(size) => open.surface.resize(size),
-            WindowEvent::DroppedFile(path) => take(&mut self.app, FilePurpose::Open, &path),
+            WindowEvent::DroppedFile(path) => {
+                // Several files come one by one: the last is shown, and all meshes are in the list.
+                self.app.list_mesh(&path);
+                take(&mut self.app, FilePurpose::Open, &path);
+            }
             _ => {}
         }
     }

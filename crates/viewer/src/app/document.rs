@@ -2,6 +2,7 @@
 //! draws one while the next is made.
 
 use super::bake_config::BakeConfig;
+use super::vertex_numbers::VertexNumbers;
 use crate::open::{self, Files, Opened, OpenedMap};
 use crate::report;
 use image::{Rgba, RgbaImage};
@@ -45,6 +46,8 @@ pub struct Map {
     pub manifest: Manifest,
     /// Vertices of the mesh as the map displaces them, one for each `v` line. #v
     pub vertices: Vec<ShaderVertex>,
+    /// Noise that was found at each vertex; `None` if the map comes from a file, or from a method that measures none.
+    pub noise: Option<VertexNumbers>,
     /// Picture of the map: heights as greys, or vectors as colours.
     pub picture: RgbaImage,
     /// Sentences about what was found in the mesh and what the map does.
@@ -165,7 +168,7 @@ fn with_map(path: &Path, trust: Trust, progress: &dyn Progress) -> Result<(Docum
     let origin = Origin::File(path.to_owned());
     let summary = report::summary_of(&scene, &manifest);
     let (reasons, warnings) = (Vec::new(), Vec::new());
-    let map = Map { scene, manifest, vertices, picture, summary, reasons, warnings, origin };
+    let map = Map { scene, manifest, vertices, noise: None, picture, summary, reasons, warnings, origin };
     Ok((document, Some(map)))
 }
 
@@ -206,10 +209,11 @@ pub fn bake(
     let OpenedMap { manifest, vertices } = map;
     let reasons = baked.bundle.choice.iter().map(ToString::to_string).collect();
     let (warnings, picture) = (baked.warnings.clone(), picture(&scene));
+    let noise = VertexNumbers::of_noise(&baked.bundle.deviations, document.model.surface().mean_edge());
     let origin =
         Origin::Baked { bake_config: Box::new(bake_config.clone()), folder: folder.to_owned(), baked: Box::new(baked) };
     let summary = report::summary_of(&scene, &manifest);
-    Ok(Map { scene: Arc::new(scene), manifest, vertices, picture, summary, reasons, warnings, origin })
+    Ok(Map { scene: Arc::new(scene), manifest, vertices, noise, picture, summary, reasons, warnings, origin })
 }
 
 /// A line about the map: size, bits, formula.

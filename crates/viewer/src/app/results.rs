@@ -7,6 +7,7 @@ use super::measurement::Clean;
 use super::schedule::without_camera;
 use super::{App, MessageKind, jobs};
 use planish_files::failure::Failure;
+use planish_geometry::denoise::limits::WeightMask;
 use planish_render::settings::Shading;
 use planish_render::settings::camera::Camera;
 use std::path::{Path, PathBuf};
@@ -18,6 +19,8 @@ pub(super) enum Loaded {
     Document(PathBuf, Box<Document>, Option<Box<Map>>),
     /// A clean mesh to compare with.
     Clean(Clean),
+    /// A mask for the mesh of this path.
+    Mask(PathBuf, WeightMask),
 }
 
 /// Files that were written.
@@ -34,6 +37,8 @@ impl App {
         self.take_baked();
         self.take_saved();
         self.take_drawn();
+        self.take_canvas();
+        self.take_baked_all();
     }
 
     fn take_loaded(&mut self) {
@@ -44,6 +49,7 @@ impl App {
                 self.forget_clean();
                 self.clean = Some(Arc::new(clean));
             }
+            Ok(Loaded::Mask(mesh, mask)) => self.take_mask(&mesh, mask),
             Err(failure) => self.fail(&failure),
         }
     }
@@ -52,6 +58,7 @@ impl App {
         let again = self.source.as_deref() == Some(&*path);
         self.baking.drop_running();
         self.measuring.drop_running();
+        self.forget_painting(again);
         (self.measured, self.measured_for, self.due) = (None, None, None);
         if !again {
             self.messages.clear();
@@ -62,6 +69,7 @@ impl App {
         }
         self.watch.these(&watched);
         self.window_state.opened(&path);
+        self.list_mesh(&path);
         if let Some(map) = &map {
             self.choices.bake_config = BakeConfig::of(&map.manifest, &path);
             self.choices.view.displace.lambda = map.manifest.displacement.lambda as f32;
@@ -70,7 +78,9 @@ impl App {
         }
         if !again && map.is_none() {
             self.choices.bake_config.target = None;
-            (self.choices.bake_config.limits.mask, self.choices.bake_config.limits.lines) = <_>::default();
+            // They are of vertices of the other mesh.
+            let limits = &mut self.choices.bake_config.limits;
+            (limits.mask, limits.lines, limits.weights) = <_>::default();
         }
         if !again {
             self.choices.view.shading = shading_of(&document, self.choices.view.shading);

@@ -2,10 +2,11 @@
 
 use super::history::Gesture;
 use super::measurement::{self, Measured};
+use super::vertex_numbers::Quantity;
 use super::{App, Choices, Rebake};
 use planish_files::failure::Failure;
 use planish_render::settings::camera::Camera;
-use planish_render::settings::{Settings, Size};
+use planish_render::settings::{Settings, Shading, Size};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -19,6 +20,7 @@ impl App {
         self.now = now;
         self.note_choices(gesture);
         self.take_results();
+        self.tend_mask();
         if self.watch.has_changed() {
             self.reload();
         }
@@ -101,7 +103,8 @@ impl App {
     fn schedule_measurement(&mut self) {
         let (Some(clean), Some(document)) = (self.clean.clone(), self.document.clone()) else { return };
         let lambda = self.choices.view.displace.lambda;
-        let key = (lambda, self.map.as_ref().map(|map| Arc::as_ptr(map) as usize));
+        let wants_errors = self.choices.view.shading == Shading::Heat && self.quantity == Quantity::Error;
+        let key = (lambda, self.map.as_ref().map(|map| Arc::as_ptr(map) as usize), wants_errors);
         // A measurement that is under way is let finish, so that numbers come while λ moves.
         if self.measured_for == Some(key) || self.measuring.is_busy() {
             return;
@@ -110,7 +113,8 @@ impl App {
         let (map, known) = (self.map.clone(), self.measured.as_ref().map(Measured::known));
         self.measuring.start(move |ticket| {
             let map = map.as_deref().map(|map| (map, lambda));
-            measurement::measure(&clean, &document, known, map, ticket)
+            let request = measurement::Request { known, map, wants_errors };
+            measurement::measure(&clean, &document, request, ticket)
         });
     }
 }

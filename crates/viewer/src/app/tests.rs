@@ -10,8 +10,8 @@ use std::fs;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
-struct Bench {
-    app: App,
+pub(super) struct Bench {
+    pub(super) app: App,
     folder: tempfile::TempDir,
     /// Says that the app has something to do.
     woken: Receiver<()>,
@@ -20,7 +20,7 @@ struct Bench {
 }
 
 impl Bench {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let (wake, woken) = channel();
         let wake: Wake = Arc::new(move || {
@@ -32,24 +32,24 @@ impl Bench {
         bench
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub(super) fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
     /// Lets a frame of the window pass after some time.
-    fn tick_after(&mut self, time: Duration, gesture: Gesture) -> Option<Instant> {
+    pub(super) fn tick_after(&mut self, time: Duration, gesture: Gesture) -> Option<Instant> {
         self.now += time;
         self.app.tick(self.now, gesture)
     }
 
-    fn tick(&mut self) {
+    pub(super) fn tick(&mut self) {
         self.tick_after(Duration::ZERO, Gesture::None);
     }
 
     /// Lets frames pass as the window does, whenever there is something to do, until the state is as expected. Where nothing
     /// goes on in the background it is at once as late as the app wants to be looked at again.
     #[track_caller]
-    fn until(&mut self, what: &str, holds: impl Fn(&App) -> bool) {
+    pub(super) fn until(&mut self, what: &str, holds: impl Fn(&App) -> bool) {
         loop {
             let again = self.tick_after(Duration::ZERO, Gesture::None);
             if holds(&self.app) {
@@ -67,7 +67,7 @@ impl Bench {
     }
 
     #[track_caller]
-    fn open(&mut self, name: &str) {
+    pub(super) fn open(&mut self, name: &str) {
         let path = self.path(name);
         self.app.open(&path);
         self.until("opened", |app| app.status(Work::Load).is_none());
@@ -75,7 +75,7 @@ impl Bench {
 
     /// A mesh with its map.
     #[track_caller]
-    fn baked() -> Self {
+    pub(super) fn baked() -> Self {
         let mut bench = Self::new();
         bench.open("in.obj");
         bench.until("baked", App::is_baked);

@@ -16,6 +16,8 @@ pub(super) enum FilePurpose {
     Target,
     /// The file is a text that lists the `v` lines that stay.
     Mask,
+    /// The file is a mask: a picture or a text with weights.
+    Weights,
     /// The file is a picture of the surroundings, or a folder with the six faces of a cube map.
     Environment,
 }
@@ -78,6 +80,9 @@ impl Dialog {
                 ("A picture of what is all around, or a folder with six faces", "Use")
             }
             Purpose::Open(FilePurpose::Mask) => ("Numbers of `v` lines that stay", "Use"),
+            Purpose::Open(FilePurpose::Weights) => {
+                ("A grey picture in the texture coordinates, or a text with weights", "Use")
+            }
             Purpose::Open(FilePurpose::Target) => ("The result of another denoiser", "Use"),
             Purpose::Save => ("Save the map to a folder", "Save"),
         };
@@ -153,7 +158,7 @@ fn entries(folder: &Path, purpose: Purpose) -> Vec<Entry> {
         let is_folder = path.is_dir();
         let fits = match purpose {
             Purpose::Save => false,
-            Purpose::Open(FilePurpose::Mask | FilePurpose::Environment) => true,
+            Purpose::Open(FilePurpose::Mask | FilePurpose::Weights | FilePurpose::Environment) => true,
             // Of the pictures only maps can be opened.
             Purpose::Open(FilePurpose::Open) => match document::kind(&path) {
                 Some(document::Kind::Picture) => name.contains(".displacement."),

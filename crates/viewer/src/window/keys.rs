@@ -3,6 +3,7 @@
 use super::dialog::{Dialog, FilePurpose};
 use super::orbit::{self, Standard};
 use super::ui_state::{Action, Comparing, UiState};
+use crate::app::vertex_numbers::Quantity;
 use crate::app::{App, Work};
 use egui::{Key, Modifiers};
 use planish_render::settings::{Overlay, Shading};
@@ -43,7 +44,14 @@ fn show(app: &mut App, shading: Shading) {
     view.shading = if view.shading == shading { Shading::default() } else { shading };
 }
 
-fn bindings() -> [Binding; 27] {
+/// Colours the model by numbers of its vertices, or no more.
+pub(super) fn show_numbers(app: &mut App, quantity: Quantity) {
+    let is_shown = app.choices.view.shading == Shading::Heat && app.quantity == quantity;
+    app.choices.view.shading = if is_shown { Shading::default() } else { Shading::Heat };
+    app.quantity = quantity;
+}
+
+fn bindings() -> [Binding; 31] {
     [
         on(COMMAND, Key::O, "open a mesh or a map", |_, s| s.ask(FilePurpose::Open)),
         on(COMMAND, Key::S, "save the map", |a, s| s.dialog = a.folder().map(|folder| Dialog::save(&folder))),
@@ -62,12 +70,16 @@ fn bindings() -> [Binding; 27] {
         on(NONE, Key::Space, "split view: noisy | denoised", |_, s| s.compare(Comparing::Split)),
         on(NONE, Key::B, "blink between noisy and denoised", |_, s| s.compare(Comparing::Blink)),
         on(NONE, Key::H, "heat map of the heights", |a, _| show(a, Shading::Height)),
+        on(NONE, Key::N, "where the noise is", |a, _| show_numbers(a, Quantity::Noise)),
         on(NONE, Key::T, "triangles shaded flat", |a, _| show(a, Shading::Flat)),
         on(NONE, Key::C, "clay", |a, _| show(a, Shading::Clay)),
         on(NONE, Key::W, "edges of the mesh", |a, _| {
             let overlay = &mut a.choices.view.overlay;
             *overlay = if *overlay == Overlay::Wireframe { Overlay::None } else { Overlay::Wireframe };
         }),
+        on(NONE, Key::M, "paint a mask", |a, _| a.switch_brush()),
+        on(NONE, Key::OpenBracket, "smaller brush", |a, _| a.brush.scale(0.8)),
+        on(NONE, Key::CloseBracket, "larger brush", |a, _| a.brush.scale(1.25)),
         on(NONE, Key::F, "fit the model", |a, _| orbit::fit(&mut a.choices.view.camera)),
         on(NONE, Key::P, "perspective or parallel rays", |a, _| {
             orbit::switch_projection(&mut a.choices.view.camera);
@@ -81,8 +93,12 @@ fn bindings() -> [Binding; 27] {
         on(NONE, Key::Escape, "close this list, stop what is going on", |a, s| {
             if s.help {
                 s.help = false;
+            } else if s.dialog.is_none() && a.has_brush() {
+                a.switch_brush();
             } else if s.dialog.take().is_none() {
-                [Work::Load, Work::Bake, Work::Draw].into_iter().for_each(|work| a.cancel(work));
+                [Work::Load, Work::Bake, Work::Draw, Work::Prepare, Work::BakeAll]
+                    .into_iter()
+                    .for_each(|work| a.cancel(work));
             }
         }),
     ]
@@ -110,12 +126,13 @@ pub(super) fn take(context: &egui::Context, app: &mut App, ui_state: &mut UiStat
 }
 
 /// List of what the mouse does.
-const MOUSE: [(&str, &str); 6] = [
+const MOUSE: [(&str, &str); 7] = [
     ("drag", "turn"),
     ("right or middle drag, Shift drag", "move"),
     ("wheel", "zoom to the pointer"),
     ("double click", "fit the model"),
     ("L drag", "move the chosen light"),
+    ("drag on the model, while painting", "paint; Ctrl does the opposite"),
     ("drop a file", "open it"),
 ];
 

@@ -59,6 +59,7 @@ impl Log {
             "measured": app.measured().map(|m| [Some(m.noisy().ea), m.displaced.as_ref().map(|d| d.1.ea)]),
             "busy": busy(app),
             "showing": ui_state.showing.is_some(),
+            "painting": app.has_brush(),
             "comparing": format!("{:?}", ui_state.comparing),
             "messages": messages,
             "widgets": marks,
@@ -77,6 +78,8 @@ fn busy(app: &App) -> Vec<&'static str> {
         (Work::Save, "save"),
         (Work::Measure, "measure"),
         (Work::Draw, "draw"),
+        (Work::Prepare, "prepare"),
+        (Work::BakeAll, "bake all"),
     ];
     all.into_iter().filter(|(work, _)| app.status(*work).is_some()).map(|(_, name)| name).collect()
 }

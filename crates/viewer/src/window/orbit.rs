@@ -25,6 +25,20 @@ impl ViewportCamera {
         view.clip_from_world.inverse().project_point3(pointer.extend(depth))
     }
 
+    /// Start and unit direction of the ray under the pointer, world space.
+    pub(super) fn ray(&self, camera: &Camera, pointer: Vec2) -> [Vec3; 2] {
+        let world_from_clip = camera.view(self.bounds, self.aspect).clip_from_world.inverse();
+        let [near, far] = [0.0, 1.0].map(|depth| world_from_clip.project_point3(pointer.extend(depth)));
+        [near, (far - near).normalize_or_zero()]
+    }
+
+    /// Length on the screen, in halves of its width, of a length that faces the camera at a point (world space).
+    pub(super) fn length_at(&self, camera: &Camera, point: Vec3, length: f32) -> f32 {
+        let view = camera.view(self.bounds, self.aspect);
+        let place = |p: Vec3| view.clip_from_world.project_point3(p).x;
+        (place(point + length * view.world_from_view.x_axis) - place(point)).abs()
+    }
+
     fn radius(&self) -> f32 {
         self.bounds.radius.max(f32::MIN_POSITIVE.sqrt())
     }
@@ -141,6 +155,24 @@ mod tests {
             CAMERA.pan(&mut camera, from, to);
             let found = camera.view(CAMERA.bounds, CAMERA.aspect).clip_from_world.project_point3(point);
             assert!(found.truncate().distance(to) < 1e-3, "{found}");
+        }
+    }
+
+    #[test]
+    fn a_ray_meets_what_is_drawn_under_the_pointer() {
+        for camera in cameras() {
+            let pointer = Vec2::new(0.3, -0.6);
+            let [start, direction] = CAMERA.ray(&camera, pointer);
+            let view = camera.view(CAMERA.bounds, CAMERA.aspect).clip_from_world;
+            for distance in [0.0, 0.3, 1.0] {
+                let seen = view.project_point3(start + distance * direction);
+                assert!(seen.truncate().distance(pointer) < 1e-3, "{seen}");
+            }
+            let deep = |distance: f32| view.project_point3(start + distance * direction).z;
+            assert!(deep(0.1) < deep(0.2), "away from the camera");
+            let [point, side] = [start + direction, camera.view(CAMERA.bounds, CAMERA.aspect).world_from_view.x_axis];
+            let offset = view.project_point3(point + 0.2 * side) - view.project_point3(point);
+            assert!((CAMERA.length_at(&camera, point, 0.2) - offset.x.abs()).abs() < 1e-6);
         }
     }
 

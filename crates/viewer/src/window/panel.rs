@@ -2,7 +2,9 @@
 
 mod compare;
 mod map;
+mod mask;
 mod mesh;
+mod mesh_list;
 mod method;
 mod view_settings;
 
@@ -30,6 +32,7 @@ fn all(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     ui.add_space(4.0);
     buttons(ui, app, ui_state);
     ui.separator();
+    mesh_list::show(ui, app, ui_state);
     lambda(ui, app, ui_state);
     if app.document().is_some() {
         method::strength(ui, app, ui_state);
@@ -95,6 +98,17 @@ fn buttons(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
         ui_state.mark("screenshot", shot.rect);
         if shot.clicked() {
             ui_state.actions.push(Action::Screenshot);
+        }
+        let has_map = app.map().is_some();
+        let both = ui.add_enabled(has_map, egui::Button::new("Before | after"));
+        ui_state.mark("before after", both.rect);
+        if both.on_hover_text("one picture with both halves, beside the mesh").clicked() {
+            ui_state.actions.push(Action::BeforeAfter);
+        }
+        let animation = ui.add_enabled(has_map, egui::Button::new("Animation"));
+        ui_state.mark("animation", animation.rect);
+        if animation.on_hover_text("λ goes up and down in an animated PNG, beside the mesh").clicked() {
+            ui_state.actions.push(Action::Animation);
         }
         let turn = ui.add_enabled(is_open, egui::Button::new("Turntable"));
         ui_state.mark("turntable", turn.rect);

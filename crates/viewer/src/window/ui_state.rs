@@ -26,6 +26,10 @@ pub enum Action {
     Copy(String),
     /// Save the view.
     Screenshot,
+    /// Save the view before and after, side by side.
+    BeforeAfter,
+    /// Save an animation of λ.
+    Animation,
     /// Save so many views all around.
     Turntable(u32),
 }

@@ -1,9 +1,11 @@
 //! The part of the window that shows the model: its pictures, what the mouse does there, and what is written over it.
 
 use super::orbit::{self, ViewportCamera};
+use super::paint;
 use super::ui_state::{Comparing, UiState};
 use super::viewport_targets::height_range;
 use crate::app::jobs::Status;
+use crate::app::vertex_numbers::VertexNumbers;
 use crate::app::{App, MessageKind, Work};
 use egui::{Color32, CursorIcon, Pos2, Rect, Sense, Ui, Vec2, pos2, vec2};
 use planish_render::bounds::Sphere;
@@ -31,8 +33,11 @@ pub(super) fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     if app.document().is_none() {
         welcome(ui, rect, app, ui_state);
     } else {
-        steer(ui, &response, app, ui_state);
+        // The ring of the brush lies above the picture.
         pictures(ui, rect, app, ui_state);
+        if !paint::steer(ui, &response, app) {
+            steer(ui, &response, app, ui_state);
+        }
         legend(ui, rect, app);
     }
     notices(ui, rect, app, ui_state);
@@ -67,16 +72,20 @@ fn welcome(ui: &mut Ui, rect: Rect, app: &mut App, ui_state: &mut UiState) {
 }
 
 /// Normalised device coordinates, y up.
-fn device(rect: Rect, p: Pos2) -> glam::Vec2 {
+pub(super) fn device(rect: Rect, p: Pos2) -> glam::Vec2 {
     let unit = (p - rect.min) / rect.size();
     glam::Vec2::new(2.0 * unit.x - 1.0, 1.0 - 2.0 * unit.y)
+}
+
+/// Bounding sphere of the open mesh.
+pub(super) fn bounds_of(app: &App) -> Sphere {
+    app.document().map_or_else(Sphere::default, |document| document.scene.bounds())
 }
 
 /// Moves the camera with the mouse.
 fn steer(ui: &Ui, response: &egui::Response, app: &mut App, ui_state: &mut UiState) {
     let rect = response.rect;
-    let bounds = app.document().map_or_else(Sphere::default, |document| document.scene.bounds());
-    let viewport_camera = ViewportCamera { bounds, aspect: rect.width() / rect.height() };
+    let viewport_camera = ViewportCamera { bounds: bounds_of(app), aspect: rect.width() / rect.height() };
     let (drag, at) = (response.drag_delta(), response.interact_pointer_pos());
     let camera = &mut app.choices.view.camera;
     let divider = rect.left() + rect.width() * ui_state.divider.unwrap_or(0.5);
@@ -115,8 +124,8 @@ fn steer(ui: &Ui, response: &egui::Response, app: &mut App, ui_state: &mut UiSta
             viewport_camera.zoom(camera, device(rect, pointer), factor);
         }
     }
-    if response.double_clicked() {
-        orbit::fit(camera);
+    if response.double_clicked() && !app.has_brush() {
+        orbit::fit(&mut app.choices.view.camera);
     }
 }
 
@@ -171,18 +180,22 @@ fn tag(painter: &egui::Painter, at: Pos2, anchor: egui::Align2, text: &str) {
 
 /// Draws the colour bar of a heat map.
 fn legend(ui: &Ui, rect: Rect, app: &App) {
-    let view = &app.choices.view;
-    if view.shading != Shading::Height {
-        return;
-    }
-    let Some(map) = app.map() else { return };
-    let Some(range) = view.heat.range.or_else(|| height_range(view, &map.scene)) else { return };
+    let view = &app.shown_view();
+    let shown = match view.shading {
+        Shading::Height => {
+            let range = app.map().and_then(|map| view.heat.range.or_else(|| height_range(view, &map.scene)));
+            range.map(|range| (range, view.heat.map, "height, model units"))
+        }
+        Shading::Heat => app.vertex_numbers().map(|shown| (shown.range, VertexNumbers::COLORMAP, shown.title)),
+        _ => None,
+    };
+    let Some((range, colormap, title)) = shown else { return };
     let painter = ui.painter_at(rect);
     let bar = Rect::from_min_size(rect.right_bottom() - vec2(236.0, 60.0), vec2(210.0, 14.0));
     let steps = 75;
     for i in 0..steps {
         let t = (i as f32 + 0.5) / steps as f32;
-        let [r, g, b] = view.heat.map.bytes(t);
+        let [r, g, b] = colormap.bytes(t);
         let width = bar.width() / steps as f32;
         let cell = Rect::from_min_size(bar.min + vec2(i as f32 * width, 0.0), vec2(width + 0.5, bar.height()));
         painter.rect_filled(cell, 0.0, Color32::from_rgb(r, g, b));
@@ -190,7 +203,7 @@ fn legend(ui: &Ui, rect: Rect, app: &App) {
     let number = |x: f32| planish_files::text::measure(f64::from(x));
     tag(&painter, bar.left_bottom() + vec2(-6.0, 4.0), egui::Align2::LEFT_TOP, &number(range.low));
     tag(&painter, bar.right_bottom() + vec2(6.0, 4.0), egui::Align2::RIGHT_TOP, &number(range.high));
-    tag(&painter, bar.center_top() - vec2(0.0, 4.0), egui::Align2::CENTER_BOTTOM, "height, model units");
+    tag(&painter, bar.center_top() - vec2(0.0, 4.0), egui::Align2::CENTER_BOTTOM, title);
 }
 
 /// Progress and messages, over the lower edge of the view.
@@ -199,7 +212,14 @@ fn notices(ui: &Ui, rect: Rect, app: &mut App, ui_state: &mut UiState) {
     let corner = rect.left_bottom() + vec2(12.0, -12.0);
     area.pivot(egui::Align2::LEFT_BOTTOM).fixed_pos(corner).constrain_to(rect).show(ui.ctx(), |ui| {
         ui.set_max_width((rect.width() - 24.0).min(640.0));
-        let works = [(Work::Load, "Opening"), (Work::Bake, "Baking"), (Work::Save, "Saving"), (Work::Draw, "Drawing")];
+        let works = [
+            (Work::Load, "Opening"),
+            (Work::Bake, "Baking"),
+            (Work::Save, "Saving"),
+            (Work::Draw, "Drawing"),
+            (Work::Prepare, "Painting"),
+            (Work::BakeAll, "Baking all"),
+        ];
         for (work, words) in works {
             if let Some(status) = app.status(work) {
                 let stop = progress(ui, words, status);

@@ -4,6 +4,7 @@ use super::surface::WindowSurface;
 use super::ui_state::{Comparing, UiState};
 use crate::app::App;
 use crate::app::jobs::{self, Slot, Status, Ticket, Wake};
+use crate::app::vertex_numbers::VertexNumbers;
 use crate::environment;
 use egui::TextureId;
 use image::RgbaImage;
@@ -28,6 +29,8 @@ pub(super) struct ViewportTargets {
     environment: LoadedEnvironment,
     canvases: [Option<Canvas>; 2],
     target: Option<(Size, Target)>,
+    /// Numbers of the vertices of the shown scene that are on the device.
+    numbers: Option<Arc<Vec<f32>>>,
 }
 
 /// Source of an environment, and its number of texels along a side.
@@ -105,6 +108,7 @@ impl ViewportTargets {
             environment: None,
             canvases: [None, None],
             target: None,
+            numbers: None,
         }
     }
 
@@ -148,6 +152,7 @@ impl ViewportTargets {
             Some(Ok((shown, environment, failed))) => {
                 jobs::drop_in_background(self.shown.replace(shown));
                 self.environment = environment;
+                self.numbers = None;
                 if let Some(failure) = failed {
                     app.fail(&failure);
                 }
@@ -180,7 +185,15 @@ impl ViewportTargets {
             self.target = Some((size, self.renderer.target(size, Smoothness::SmoothEdges)));
         }
         let Some((_, target)) = &self.target else { return 0 };
-        let with_map = drawable(&app.choices.view, &shown.scene);
+        let numbers = numbers_for(app, &shown.scene);
+        if let Some(VertexNumbers { numbers, .. }) = &numbers
+            && self.numbers.as_ref().is_none_or(|known| !Arc::ptr_eq(known, numbers))
+            && self.renderer.set_scalars(&shown.gpu_scene, &shown.scene, numbers).is_ok()
+        {
+            self.numbers = Some(Arc::clone(numbers));
+            self.canvases.iter_mut().flatten().for_each(|canvas| canvas.drawn = None);
+        }
+        let with_map = drawable(&app.shown_view(), &shown.scene, numbers.as_ref());
         let without = Settings {
             displace: planish_render::settings::Displace { lambda: 0.0, ..with_map.displace },
             ..with_map.clone()
@@ -211,12 +224,24 @@ impl ViewportTargets {
     }
 
     /// Draws pictures for files, from any thread, with buffers of its own.
-    pub(super) fn drawer(&self) -> Option<impl Fn(&Settings) -> Result<RgbaImage, Failure> + Send + 'static> {
+    pub(super) fn drawer(
+        &self,
+        app: &App,
+    ) -> Option<impl Fn(&Settings) -> Result<RgbaImage, Failure> + Send + 'static> {
         let (renderer, scene) = (Arc::clone(&self.renderer), Arc::clone(&self.shown.as_ref()?.scene));
-        let gpu_scene = std::sync::OnceLock::new();
+        let numbers = numbers_for(app, &scene);
+        let uploaded = std::sync::OnceLock::new();
+        let upload = move |renderer: &Renderer, scene: &Scene, numbers: Option<&VertexNumbers>| {
+            let gpu_scene = upload(renderer, scene)?;
+            if let Some(VertexNumbers { numbers, .. }) = numbers {
+                renderer.set_scalars(&gpu_scene, scene, numbers).map_err(Failure::internal)?;
+            }
+            Ok(gpu_scene)
+        };
         Some(move |settings: &Settings| {
-            let gpu_scene = gpu_scene.get_or_init(|| upload(&renderer, &scene)).as_ref().map_err(Clone::clone)?;
-            Ok(renderer.image_of(gpu_scene, &scene, &drawable(settings, &scene)))
+            let gpu_scene = uploaded.get_or_init(|| upload(&renderer, &scene, numbers.as_ref()));
+            let gpu_scene = gpu_scene.as_ref().map_err(|failure: &Failure| failure.clone())?;
+            Ok(renderer.image_of(gpu_scene, &scene, &drawable(settings, &scene, numbers.as_ref())))
         })
     }
 }
@@ -225,12 +250,23 @@ fn upload(renderer: &Renderer, scene: &Scene) -> Result<GpuScene, Failure> {
     renderer.upload(scene).map_err(Failure::internal)
 }
 
+/// Numbers of the vertices of a scene, if it is to be coloured by them.
+fn numbers_for(app: &App, scene: &Scene) -> Option<VertexNumbers> {
+    let is_shown = app.shown_view().shading == Shading::Heat;
+    let numbers = if is_shown { app.vertex_numbers() } else { None };
+    // Until a mesh is uploaded, the one before it is drawn.
+    numbers.filter(|numbers| numbers.numbers.len() == scene.mesh().positions.len())
+}
+
 /// Settings with what only the scene knows: a heat map of heights needs their range, and finding it takes too long for a
 /// frame.
-fn drawable(view: &Settings, scene: &Scene) -> Settings {
+fn drawable(view: &Settings, scene: &Scene, numbers: Option<&VertexNumbers>) -> Settings {
     let mut settings = view.clone();
-    if settings.shading == Shading::Heat && scene.mesh().scalars.is_none() {
-        settings.shading = Shading::Phong;
+    if settings.shading == Shading::Heat {
+        match numbers {
+            Some(numbers) => (settings.heat.map, settings.heat.range) = (VertexNumbers::COLORMAP, Some(numbers.range)),
+            None => settings.shading = Shading::Phong,
+        }
     }
     if settings.shading == Shading::Height && settings.heat.range.is_none() {
         settings.heat.range = height_range(view, scene);

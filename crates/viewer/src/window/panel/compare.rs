@@ -1,8 +1,10 @@
 //! Noisy against denoised, and both against a clean mesh.
 
 use super::super::dialog::FilePurpose;
+use super::super::keys;
 use super::super::ui_state::{Comparing, UiState};
 use crate::app::App;
+use crate::app::vertex_numbers::Quantity;
 use egui::Ui;
 use planish_geometry::metrics::Comparison;
 use planish_render::settings::Shading;
@@ -24,6 +26,12 @@ pub(super) fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
         if heat.on_hover_text("how far the map moves each vertex").clicked() {
             view.shading = if view.shading == Shading::Height { Shading::default() } else { Shading::Height };
         }
+        let has_noise = app.map().is_some_and(|map| map.noise.is_some());
+        if !app.has_brush() {
+            numbers(ui, app, ui_state, Quantity::Noise, has_noise);
+            let has_clean = app.clean().is_some();
+            numbers(ui, app, ui_state, Quantity::Error, has_clean);
+        }
     });
     match app.clean().map(|clean| clean.path.clone()) {
         None => {
@@ -43,6 +51,25 @@ pub(super) fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
             });
             table(ui, app);
         }
+    }
+}
+
+/// Button that colours the model by numbers of its vertices.
+fn numbers(ui: &mut Ui, app: &mut App, ui_state: &mut UiState, quantity: Quantity, is_known: bool) {
+    let (words, help, missing) = match quantity {
+        Quantity::Noise => (
+            "Noise",
+            "where the noise is, and how much (N)",
+            "only auto measures the noise, and only where a mesh is baked here",
+        ),
+        Quantity::Error => ("Error", "how far the faces are turned away from the clean mesh", "needs a clean mesh"),
+        Quantity::Mask => ("Mask", "how far each vertex may go", "needs a mask"),
+    };
+    let is_shown = app.choices.view.shading == Shading::Heat && app.quantity == quantity;
+    let button = ui.add_enabled(is_known, egui::Button::selectable(is_shown, words));
+    ui_state.mark(words, button.rect);
+    if button.on_hover_text(help).on_disabled_hover_text(missing).clicked() {
+        keys::show_numbers(app, quantity);
     }
 }
 

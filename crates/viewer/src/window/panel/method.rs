@@ -22,6 +22,9 @@ pub(super) fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
         chosen(ui, app);
         parameters(ui, app, ui_state);
         ui.collapsing("Limits", |ui| limits(ui, app, ui_state));
+        // Whoever paints by the key finds the brush.
+        let mask = egui::CollapsingHeader::new("Mask").open(app.has_brush().then_some(true));
+        mask.show(ui, |ui| super::mask::show(ui, app, ui_state));
     }
     ui.horizontal_wrapped(|ui| {
         let mut live = app.rebake == Rebake::Live;

@@ -16,8 +16,9 @@ use planish_render::settings::{Normals, Overlay, Sampling, Settings, Shading};
 
 /// Shading of the surface, which is always shown.
 pub(super) fn shading(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
-    // Numbers of one's own come from files, and with pictures that are drawn without a window.
-    let all = Shading::ALL.iter().filter(|s| **s != Shading::Heat);
+    // Numbers of the vertices are shown by the buttons that say which.
+    let shown = app.choices.view.shading;
+    let all = Shading::ALL.iter().filter(|s| **s != Shading::Heat || shown == Shading::Heat);
     let list = choose(ui, "shading", &mut app.choices.view.shading, all.map(|s| (name(s), *s)));
     ui_state.mark("shading", list.rect);
 }
