@@ -1,6 +1,6 @@
 //! Drives the real window with mouse and keyboard, on a display of its own, and looks at what it shows and writes.
 //!
-//! `PLANISH_PICTURES=FOLDER` keeps two screenshots.
+//! `PLANISH_PICTURES=FOLDER` keeps screenshots.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 #![expect(clippy::print_stderr, reason = "a failure says where its picture is, and a measurement is printed")]
@@ -139,7 +139,22 @@ fn a_denoised_mesh_is_looked_at_and_measured_against_the_clean_one() {
     let heights = desk.settled_view();
     assert!(heights.differs(&plain) > 0.1, "heights are colours");
     desk.keep("window_heights");
-    desk.key("h");
+    desk.key("n");
+    let noise = desk.settled_view();
+    assert!(noise.differs(&heights) > 0.1 && noise.differs(&plain) > 0.1, "the noise is other colours");
+    desk.keep("window_noise");
+    desk.click("Error");
+    desk.until("compared", |s| s["busy"] == serde_json::json!([]));
+    let errors = desk.settled_view();
+    assert!(errors.differs(&noise) > 0.1, "so is what is left of it");
+    desk.key("0");
+    desk.until("λ is 0", |s| s["lambda"] == 0.0 && s["busy"] == serde_json::json!([]));
+    assert!(desk.settled_view().differs(&errors) > 0.1, "colours follow λ");
+    desk.keep("window_error");
+    desk.key("1");
+    desk.until("λ is 1 again", |s| s["lambda"] == 1.0 && s["busy"] == serde_json::json!([]));
+    desk.click("Error");
+    assert_eq!(desk.settled_view().differs(&plain), 0.0);
     desk.drag("view", [0.5, 0.5], [0.7, 0.4]);
     let turned = desk.settled_view();
     assert!(turned.differs(&plain) > 0.05, "a drag turns the model");
