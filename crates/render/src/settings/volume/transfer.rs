@@ -55,6 +55,7 @@ impl TransferPreset {
         match self {
             Self::Bands => {
                 // The surface itself lies at 0.5. Colours change in steps half-way between the shells, so that slices have bands.
+                const EDGES: [f32; 6] = [0.125, 0.275, 0.425, 0.575, 0.725, 0.875];
                 let shells = [
                     (0.2, 0x7a1f1a, 0.35),
                     (0.35, 0xe08a3a, 0.3),
@@ -62,11 +63,11 @@ impl TransferPreset {
                     (0.65, 0x58a6c9, 0.16),
                     (0.8, 0x24508f, 0.1),
                 ];
-                let shell = |(at, colour, opacity): (f32, u32, f32)| {
-                    [(-0.075, 0.0), (-0.02, 0.0), (0.0, opacity), (0.02, 0.0), (0.075, 0.0)]
-                        .map(|(offset, opacity)| point(at + offset, colour, opacity))
+                let shell = |(edges, (at, colour, opacity)): (&[f32], (f32, u32, f32))| {
+                    [(edges[0], 0.0), (at - 0.02, 0.0), (at, opacity), (at + 0.02, 0.0), (edges[1], 0.0)]
+                        .map(|(at, opacity)| point(at, colour, opacity))
                 };
-                shells.into_iter().flat_map(shell).collect()
+                EDGES.windows(2).zip(shells).flat_map(shell).collect()
             }
             Self::Bone => vec![
                 point(0.0, 0x30100c, 0.0),
