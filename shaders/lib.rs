@@ -85,5 +85,5 @@ pub const SHADOW_VIEW: &str = include_str!("shadow_view.wgsl");
 pub const SURFACE: &str = include_str!("surface.wgsl");
 /// The textures of materials and their filters, the normal map and the colour map.
 pub const TEXTURES: &str = include_str!("textures.wgsl");
-/// A volume on a grid: its value at a place, its colours, and what a ray through it sees.
+/// A volume on a grid: its value at a position, its colours, and what a ray through it sees.
 pub const VOLUME: &str = include_str!("volume.wgsl");

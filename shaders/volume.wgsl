@@ -81,7 +81,7 @@ fn transferred(value: f32) -> vec4f {
     return vec4f(below.colour, below.opacity);
 }
 
-/// Colour of the volume at a place in the scene.
+/// Colour of the volume at a position in the scene.
 fn solid_colour(position: vec3f) -> vec3f {
     return transferred(volume_at((volume.texel_from_world * vec4f(position, 1.0)).xyz)).rgb;
 }

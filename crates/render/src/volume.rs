@@ -44,7 +44,7 @@ pub enum VolumeError {
 }
 
 impl Volume {
-    /// Wraps values, the first axis fastest. `world_from_texel` gives a place in the scene to texel coordinates.
+    /// Wraps values, the first axis fastest. `world_from_texel` gives the position in the scene of texel coordinates.
     pub fn new(size: [u32; 3], values: Vec<f32>, world_from_texel: Affine3A) -> Result<Self, VolumeError> {
         let expected = size.iter().map(|n| u128::from(*n)).product::<u128>();
         if !(1..=u128::from(MAX_VALUES)).contains(&expected) {
@@ -148,7 +148,7 @@ impl Volume {
         [x_axis, y_axis, z_axis].map(Vec3A::length).into_iter().fold(f32::INFINITY, f32::min)
     }
 
-    /// Value at a place in the scene: trilinear between the values, and constant beyond the outermost ones.
+    /// Value at a position in the scene: trilinear between the values, and constant beyond the outermost ones.
     pub fn at(&self, world: Vec3) -> f32 {
         self.at_texel(self.texel_from_world.transform_point3(world))
     }
@@ -183,26 +183,26 @@ mod tests {
     use super::*;
 
     /// Values of a function at the grid points of a volume.
-    fn volume(size: [u32; 3], place: Affine3A, f: impl Fn(Vec3) -> f32) -> Volume {
+    fn volume(size: [u32; 3], world_from_texel: Affine3A, f: impl Fn(Vec3) -> f32) -> Volume {
         let [nx, ny, nz] = size;
         let all = (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| UVec3::new(x, y, z))));
-        let values = all.map(|i| f(place.transform_point3(i.as_vec3() + 0.5))).collect();
-        Volume::new(size, values, place).unwrap()
+        let values = all.map(|i| f(world_from_texel.transform_point3(i.as_vec3() + 0.5))).collect();
+        Volume::new(size, values, world_from_texel).unwrap()
     }
 
     #[test]
     fn a_linear_function_is_exact_between_the_values_and_constant_outside() {
         let axes = Mat3A::from_cols(Vec3A::new(0.5, 0.1, 0.0), Vec3A::new(-0.2, 0.4, 0.1), Vec3A::new(0.0, 0.0, -0.7));
-        let place = Affine3A { matrix3: axes, translation: Vec3A::new(3.0, -2.0, 1.0) };
+        let world_from_texel = Affine3A { matrix3: axes, translation: Vec3A::new(3.0, -2.0, 1.0) };
         let linear = |p: Vec3| 2.0 * p.x - 3.0 * p.y + 0.5 * p.z + 1.0;
-        let volume = volume([5, 4, 3], place, linear);
+        let volume = volume([5, 4, 3], world_from_texel, linear);
         for i in 0..200 {
             let share = Vec3::new(0.37, 0.61, 0.83) * i as f32 % 1.0;
             let texel = 0.5 + share * Vec3::new(4.0, 3.0, 2.0);
-            let world = place.transform_point3(texel);
+            let world = world_from_texel.transform_point3(texel);
             assert!((volume.at(world) - linear(world)).abs() < 2e-5, "{texel}: {} {}", volume.at(world), linear(world));
         }
-        let corner = linear(place.transform_point3(Vec3::splat(0.5)));
+        let corner = linear(world_from_texel.transform_point3(Vec3::splat(0.5)));
         for texel in [Vec3::ZERO, Vec3::splat(-1e9), Vec3::new(0.2, -3.0, 0.5)] {
             assert_eq!(volume.at_texel(texel), corner);
         }
@@ -212,8 +212,8 @@ mod tests {
     fn a_fitted_box_touches_what_it_is_around() {
         let (low, high) = (Vec3::new(-1.0, 2.0, 0.0), Vec3::new(3.0, 3.0, 1.0));
         let spacing = Vec3::new(1.0, 1.0, 2.0);
-        let place = Volume::fitted([8, 4, 4], spacing, low, high);
-        let volume = Volume::new([8, 4, 4], vec![0.0; 128], place).unwrap();
+        let world_from_texel = Volume::fitted([8, 4, 4], spacing, low, high);
+        let volume = Volume::new([8, 4, 4], vec![0.0; 128], world_from_texel).unwrap();
         assert_eq!(volume.corners(), [Vec3::new(-1.0, 1.5, -1.5), Vec3::new(3.0, 3.5, 2.5)]);
         assert_eq!((volume.shortest_side(), volume.diagonal()), (0.5, 6.0));
     }
@@ -231,13 +231,13 @@ mod tests {
 
     #[test]
     fn what_is_no_volume_is_refused() {
-        let place = Affine3A::IDENTITY;
-        let new = |size, values| Volume::new(size, values, place).unwrap_err();
+        let world_from_texel = Affine3A::IDENTITY;
+        let new = |size, values| Volume::new(size, values, world_from_texel).unwrap_err();
         assert_eq!(new([0, 1, 1], Vec::new()), VolumeError::Size(0, 1, 1));
         assert_eq!(new([1 << 20, 1 << 20, 1 << 24], Vec::new()), VolumeError::Size(1 << 20, 1 << 20, 1 << 24));
         assert_eq!(new([2, 1, 1], vec![0.0]), VolumeError::Count { found: 1, expected: 2 });
         assert_eq!(new([2, 1, 1], vec![0.0, f32::NAN]), VolumeError::NotFinite(1));
-        let flat = Affine3A { matrix3: Mat3A::from_diagonal(Vec3::new(1.0, 0.0, 1.0)), ..place };
+        let flat = Affine3A { matrix3: Mat3A::from_diagonal(Vec3::new(1.0, 0.0, 1.0)), ..world_from_texel };
         assert_eq!(Volume::new([1, 1, 1], vec![0.0], flat).unwrap_err(), VolumeError::Axes);
     }
 }

@@ -20,6 +20,7 @@ use log::Log;
 use planish_files::failure::Failure;
 use planish_files::input::Trust;
 use planish_render::gpu::{Backend, NoGpu};
+use planish_render::settings::volume::VolumeSource;
 use planish_render::settings::{Settings, Shading};
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -240,6 +241,9 @@ fn take(app: &mut App, purpose: FilePurpose, path: &Path) {
         FilePurpose::Environment => {
             let Ok(source) = crate::environment::parse_source(&path.to_string_lossy());
             app.choices.view.environment.get_or_insert_default().source = source;
+        }
+        FilePurpose::Volume => {
+            app.choices.view.volume.get_or_insert_default().source = VolumeSource::File(path.to_owned());
         }
         _ => app.open(path),
     }

@@ -30,7 +30,7 @@ pub enum VolumeDisplay {
 pub struct VolumeView {
     /// Origin of the values.
     pub source: VolumeSource,
-    /// Place of the box.
+    /// Position of the box.
     pub placement: Placement,
     /// What is drawn of it.
     pub display: VolumeDisplay,

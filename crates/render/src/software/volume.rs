@@ -35,7 +35,7 @@ impl VolumeRays<'_> {
         below.1
     }
 
-    /// Colour of the volume at a place in the scene, linear RGB.
+    /// Colour of the volume at a position in the scene, linear RGB.
     pub(super) fn solid_colour(&self, position: Vec3) -> Vec3 {
         self.transferred(self.volume.at(position)).xyz()
     }

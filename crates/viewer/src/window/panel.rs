@@ -5,6 +5,7 @@ mod map;
 mod mesh;
 mod method;
 mod view_settings;
+mod volume;
 
 use super::dialog::{Dialog, FilePurpose, Outcome};
 use super::ui_state::{Action, UiState};

@@ -84,7 +84,7 @@ impl SampleType {
 }
 
 named! {
-/// Place of the box of a volume.
+/// Position of the box of a volume.
 pub enum Placement {
     /// Where its file says; around the mesh if the file says nothing.
     #[default]

@@ -3,7 +3,7 @@
 use super::super::dialog::FilePurpose;
 use super::super::orbit::{self, Standard};
 use super::super::ui_state::UiState;
-use super::{choose, name};
+use super::{choose, name, volume};
 use crate::app::App;
 use egui::Ui;
 use planish_render::colour::Colour;
@@ -16,8 +16,9 @@ use planish_render::settings::{Normals, Overlay, Sampling, Settings, Shading};
 
 /// Shading of the surface, which is always shown.
 pub(super) fn shading(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
-    // Numbers of one's own come from files, and with pictures that are drawn without a window.
-    let all = Shading::ALL.iter().filter(|s| **s != Shading::Heat);
+    // Numbers of one's own come from files, and with pictures that are drawn without a window; solid colours need a volume.
+    let has_volume = app.choices.view.volume.is_some();
+    let all = Shading::ALL.iter().filter(|s| **s != Shading::Heat && (has_volume || **s != Shading::Solid));
     let list = choose(ui, "shading", &mut app.choices.view.shading, all.map(|s| (name(s), *s)));
     ui_state.mark("shading", list.rect);
 }
@@ -37,6 +38,7 @@ pub(super) fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     shadows(ui, view);
     material(ui, view);
     surroundings(ui, view, ui_state);
+    volume::show(ui, view, ui_state);
     if ui.button("Reset").clicked() {
         let Settings { size, camera, displace, .. } = *view;
         *view = Settings { size, camera, displace, ..Settings::default() };
