@@ -265,7 +265,8 @@ fn a_volume_is_drawn_around_a_mesh_and_alone() {
     let distance = folder.draws(&format!("{line} --volume distance --volume-grid 16 --save-settings s.json"));
     assert_ne!(distance, bare);
     assert_eq!(folder.draws("tent.obj --headless out.png --backend software --settings s.json"), distance);
-    let solid = folder.draws(&format!("{line} --volume distance --volume-grid 16 --shading solid --volume-range -0.2,0.2"));
+    let solid =
+        folder.draws(&format!("{line} --volume distance --volume-grid 16 --shading solid --volume-range -0.2,0.2"));
     assert!(solid != bare && solid != distance);
     fs::write(folder.path("a.raw"), (0..60).collect::<Vec<u8>>()).unwrap();
     let raw = "--volume a.raw --volume-size 3,4,5 --volume-type u8 --transfer fog";

@@ -217,7 +217,7 @@ mod tests {
         let left = |opacity: f32, length: f32| (1.0 - opacity).powf(length * 100.0 / 24f32.sqrt());
         for (opacity, density) in [(0.01, 1.0), (0.005, 3.0), (0.3, 0.01)] {
             for step in [0.05, 0.37, 1.0, 10.0] {
-                let image = render(&scene, &settings(VolumeView { step, density, ..mist(opacity) }));
+                let image = render(&scene, &settings(VolumeView { density, step, ..mist(opacity) }));
                 let expected = pixel_from_linear(left(opacity, 4.0 * density) * WHITE);
                 let found = image.get_pixel(5, 15).0;
                 assert!(found[0].abs_diff(expected[0]) <= 1, "{opacity} {step}: {found:?} {expected:?}");

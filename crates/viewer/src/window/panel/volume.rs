@@ -52,21 +52,22 @@ fn planes(ui: &mut Ui, view: &mut VolumeView) {
     for (axis, words) in ["x", "y", "z"].into_iter().enumerate() {
         ui.horizontal(|ui| {
             let mut is_cut = view.slices[axis].is_some();
-            if ui.checkbox(&mut is_cut, format!("slice {words}")).changed() {
+            let toggle = ui.checkbox(&mut is_cut, format!("slice {words}"));
+            if toggle.changed() {
                 view.slices[axis] = is_cut.then_some(0.5);
             }
             if let Some(share) = &mut view.slices[axis] {
-                ui.add(egui::Slider::new(share, 0.0..=1.0));
+                ui.add(egui::Slider::new(share, 0.0..=1.0)).labelled_by(toggle.id);
             }
         });
     }
     for (axis, words) in ["x", "y", "z"].into_iter().enumerate() {
         ui.horizontal(|ui| {
             let (low, high) = (view.low[axis], view.high[axis]);
-            ui.add(egui::DragValue::new(&mut view.low[axis]).speed(0.005).range(0.0..=high - 0.01));
+            let label = ui.label(format!("part of {words}")).id;
+            ui.add(egui::DragValue::new(&mut view.low[axis]).speed(0.005).range(0.0..=high - 0.01)).labelled_by(label);
             ui.label("to");
-            ui.add(egui::DragValue::new(&mut view.high[axis]).speed(0.005).range(low + 0.01..=1.0));
-            ui.label(format!("of {words}"));
+            ui.add(egui::DragValue::new(&mut view.high[axis]).speed(0.005).range(low + 0.01..=1.0)).labelled_by(label);
         });
     }
 }
