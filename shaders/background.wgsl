@@ -14,10 +14,14 @@ fn vs_background(@builtin(vertex_index) i: u32) -> Screen {
 
 @fragment
 fn fs_background(in: Screen) -> @location(0) vec4f {
+    return vec4f(over_volume_behind(behind(in.at), in.at), 1.0);
+}
+
+fn behind(at: vec2f) -> vec3f {
     if environment.background > 0.5 {
-        let direction = environment.rays * vec4f(in.at, 1.0, 0.0);
-        return vec4f(surroundings(direction.xyz, environment.blur), 1.0);
+        let direction = environment.rays * vec4f(at, 1.0, 0.0);
+        return surroundings(direction.xyz, environment.blur);
     }
     // Encoded values, because a gradient should be even to the eye.
-    return vec4f(linear_from_srgb(mix(frame.background_top, frame.background_bottom, 0.5 - 0.5 * in.at.y)), 1.0);
+    return linear_from_srgb(mix(frame.background_top, frame.background_bottom, 0.5 - 0.5 * at.y));
 }

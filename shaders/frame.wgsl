@@ -40,7 +40,7 @@ struct Frame {
     has_heat: u32,
     // sRGB, as stored.
     background_bottom: vec3f,
-    // Bits: HAS_NORMAL_MAP, HAS_HEIGHTS_IN_UV and HAS_OCCLUSION_MAP.
+    // Bits: HAS_NORMAL_MAP and those below it.
     has: u32,
     heat_low: f32,
     heat_high: f32,
@@ -58,6 +58,7 @@ struct Frame {
 const HAS_NORMAL_MAP = 1u;
 const HAS_HEIGHTS_IN_UV = 2u;
 const HAS_OCCLUSION_MAP = 4u;
+const HAS_VOLUME = 8u;
 
 /// Unit vector to the eye.
 fn to_eye(position: vec3f) -> vec3f {

@@ -51,7 +51,7 @@ fn fs_ground(in: Spot) -> @location(0) vec4f {
     if ground.catches > 0.5 {
         const LUMA = vec3f(0.2126, 0.7152, 0.0722);
         let open = max(dot(lit.open, LUMA), 1e-6);
-        return vec4f(0.0, 0.0, 0.0, cover * (1.0 - dot(lit.light, LUMA) / open));
+        return vec4f(over_volume_to(vec3f(0.0), in.position), cover * (1.0 - dot(lit.light, LUMA) / open));
     }
-    return vec4f(ground.colour * lit.light, cover);
+    return vec4f(over_volume_to(ground.colour * lit.light, in.position), cover);
 }

@@ -42,16 +42,16 @@
 //! # Programs of planish's own renderer
 //!
 //! The renderer appends constants for the choices of its settings (`SHADING`, `NORMALS`, `OVERLAY`, `SAMPLING`, `FILTER`,
-//! `OUTSIDE`) to these files:
+//! `OUTSIDE`, `VOLUME`) to these files:
 //!
 //! | program | files |
 //! | --- | --- |
-//! | background | [`FRAME`], [`ENVIRONMENT`], [`BACKGROUND`] |
-//! | mesh | [`FRAME`], [`DISPLACE`], [`SURFACE`], [`SHADOW`], [`ENVIRONMENT`], [`LIGHT`], [`TEXTURES`], [`NOISE`], [`MESH`] |
+//! | background | [`FRAME`], [`SHADOW`], [`ENVIRONMENT`], [`LIGHT`], [`VOLUME`], [`BACKGROUND`] |
+//! | mesh | [`FRAME`], [`DISPLACE`], [`SURFACE`], [`SHADOW`], [`ENVIRONMENT`], [`LIGHT`], [`VOLUME`], [`TEXTURES`], [`NOISE`], [`MESH`] |
 //! | normals | [`DISPLACE`], [`SURFACE`], [`NORMALS`] |
 //! | shadow map | [`DISPLACE`], [`SURFACE`], [`SHADOW_MAP`] |
 //! | view of a shadow map | [`FRAME`], [`SHADOW`], [`SHADOW_VIEW`] |
-//! | ground | [`FRAME`], [`SHADOW`], [`ENVIRONMENT`], [`LIGHT`], [`GROUND`] |
+//! | ground | [`FRAME`], [`SHADOW`], [`ENVIRONMENT`], [`LIGHT`], [`VOLUME`], [`GROUND`] |
 //!
 //! Bind group 0 holds the frame and what lights it, 1 the map, 2 the mesh, and 3 textures or the results of computations.
 
@@ -85,3 +85,5 @@ pub const SHADOW_VIEW: &str = include_str!("shadow_view.wgsl");
 pub const SURFACE: &str = include_str!("surface.wgsl");
 /// The textures of materials and their filters, the normal map and the colour map.
 pub const TEXTURES: &str = include_str!("textures.wgsl");
+/// A volume on a grid: its value at a position, its colours, and what a ray through it sees.
+pub const VOLUME: &str = include_str!("volume.wgsl");

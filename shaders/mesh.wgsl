@@ -187,6 +187,13 @@ fn fs_mesh(in: Corner, @builtin(front_facing) front: bool) -> @location(0) vec4f
             let base = mix(frame.base_colour, frame.vein_colour, vein(frame.vein_frequency * in.position));
             colour = lit(base, in.position, normal, open);
         }
+        case SHADING_SOLID: {
+            var base = frame.base_colour;
+            if (frame.has & HAS_VOLUME) != 0u {
+                base = solid_colour(in.position);
+            }
+            colour = lit(base, in.position, normal, open);
+        }
         default: {
             colour = lit(frame.base_colour, in.position, normal, open);
         }
@@ -195,5 +202,5 @@ fn fs_mesh(in: Corner, @builtin(front_facing) front: bool) -> @location(0) vec4f
         let line = select(vec3f(0.02, 0.02, 0.025), vec3f(0.9, 0.2, 0.02), OVERLAY == OVERLAY_SEAMS);
         colour = mix(colour, line, line_cover(in, in.barycentric / widths));
     }
-    return vec4f(colour, 1.0);
+    return vec4f(over_volume_to(colour, in.position), 1.0);
 }

@@ -53,7 +53,8 @@ pub fn decompressed(bytes: Vec<u8>) -> Result<Vec<u8>, CompressionError> {
     if bytes.starts_with(GZIP) || bytes.starts_with(XZ) { decompressed_to(&bytes, LARGEST) } else { Ok(bytes) }
 }
 
-fn decompressed_to(bytes: &[u8], largest: u64) -> Result<Vec<u8>, CompressionError> {
+/// Content of a compressed file of at most `largest` bytes.
+pub fn decompressed_to(bytes: &[u8], largest: u64) -> Result<Vec<u8>, CompressionError> {
     if bytes.starts_with(XZ) {
         let mut content = Limited { bytes: Vec::new(), largest, is_full: false };
         let done = lzma_rs::xz_decompress(&mut &bytes[..], &mut content);

@@ -1,6 +1,8 @@
 //! Numbers that a scene and the settings give together, for the renderers on the GPU and on the CPU alike.
 
+use crate::mesh::Triangle;
 use crate::scene::Scene;
+use crate::settings::environment::Part;
 use crate::settings::{Normals, Range, Settings, Shading};
 use planish_geometry::metrics::colormap::Colormap;
 
@@ -19,6 +21,22 @@ pub(crate) fn reach(scene: &Scene, settings: &Settings) -> f32 {
 pub(crate) fn derives_normals(scene: &Scene, settings: &Settings) -> bool {
     let others = matches!(settings.shading, Shading::Bump) || normal_map_strength(scene, settings).is_some();
     scene.displacement.is_some() && settings.displace.normals == Normals::Derived && !others
+}
+
+/// Whether the mesh is drawn: it may be hidden where a volume is shown.
+pub(crate) fn mesh_visibility(scene: &Scene, settings: &Settings) -> Part {
+    match &settings.volume {
+        Some(volume) if scene.volume().is_some() => volume.mesh,
+        _ => Part::Shown,
+    }
+}
+
+/// Triangles that are drawn and cast shadows.
+pub(crate) fn drawn_triangles<'a>(scene: &'a Scene, settings: &Settings) -> &'a [Triangle] {
+    match mesh_visibility(scene, settings) {
+        Part::Shown => &scene.mesh().triangles,
+        Part::Hidden => &[],
+    }
 }
 
 /// Cells of the noise per world unit.

@@ -70,6 +70,19 @@ pub enum NoGpu {
         /// Size of the largest buffer that the adapter allows, bytes.
         limit: u64,
     },
+    /// The volume does not fit into a texture of the adapter.
+    #[error(
+        "the volume has {} × {} × {} values, and the graphics adapter {adapter} takes {limit} along an axis; draw with --backend software",
+        size[0], size[1], size[2]
+    )]
+    VolumeTooLarge {
+        /// Name of the adapter.
+        adapter: String,
+        /// Number of values along each axis.
+        size: [u32; 3],
+        /// Largest number of values along an axis that the adapter allows.
+        limit: u32,
+    },
     /// The device was lost twice in a row.
     #[error("the graphics adapter {adapter} was lost twice in a row")]
     Lost {

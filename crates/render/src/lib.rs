@@ -28,8 +28,8 @@
 //! | floor | modules |
 //! | --- | --- |
 //! | plain data | [`bounds`], [`colour`], [`mesh`], [`settings`] |
-//! | what is drawn | [`texture`], [`displaced_mesh`], [`environment`], [`scene`], [`input`] |
-//! | what both renderers ask | `camera`, `draw_parameters`, `lights`, `ground`, `shadow`, `marble`, `legend` |
+//! | what is drawn | [`texture`], [`volume`], [`displaced_mesh`], [`environment`], [`scene`], [`input`] |
+//! | what both renderers ask | `camera`, `draw_parameters`, `lights`, `ground`, `shadow`, `marble`, `volume_rays`, `legend` |
 //! | renderers | [`gpu`], [`software`] |
 
 pub mod bounds;
@@ -50,3 +50,5 @@ pub mod settings;
 mod shadow;
 pub mod software;
 pub mod texture;
+pub mod volume;
+mod volume_rays;

@@ -5,7 +5,9 @@ use crate::displaced_mesh::DisplacementBinding;
 use crate::environment::Environment;
 use crate::mesh::{Mesh, Triangle};
 use crate::texture::{Texture, Textures};
+use crate::volume::Volume;
 use glam::Vec3;
+use std::sync::Arc;
 use thiserror::Error;
 
 /// A mesh whose indices are all in range, and what belongs to it.
@@ -25,6 +27,8 @@ pub struct Scene {
     pub displacement: Option<DisplacementBinding>,
     /// Light from all around.
     pub environment: Option<Environment>,
+    /// Volume in and around the mesh; shared, because it may be large.
+    volume: Option<Arc<Volume>>,
 }
 
 /// Fraction of the ambient light that reaches the surface, 0..=1.
@@ -95,6 +99,7 @@ impl Scene {
                     occlusion: None,
                     displacement: None,
                     environment: None,
+                    volume: None,
                 })
             }
         }
@@ -115,6 +120,20 @@ impl Scene {
         Ok(())
     }
 
+    /// Volume in and around the mesh.
+    pub fn volume(&self) -> Option<&Volume> {
+        self.volume.as_deref()
+    }
+
+    /// Replaces the volume. It is what the picture frames where there is no triangle.
+    pub fn set_volume(&mut self, volume: Option<Arc<Volume>>) {
+        if self.mesh.triangles.is_empty() {
+            (self.bounds, self.low) =
+                volume.as_ref().map_or_else(<_>::default, |volume| (volume.bounds(), volume.corners()[0]));
+        }
+        self.volume = volume;
+    }
+
     /// Picture of the ambient occlusion.
     pub(crate) fn occlusion_map(&self) -> Option<&Texture> {
         match &self.occlusion {
@@ -131,7 +150,7 @@ impl Scene {
         }
     }
 
-    /// A sphere about all triangles (about the middle of their box; not the smallest one).
+    /// A sphere about all triangles (about the middle of their box; not the smallest one), or about the volume of a scene without any.
     pub fn bounds(&self) -> Sphere {
         self.bounds
     }

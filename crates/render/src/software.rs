@@ -8,10 +8,11 @@ mod clip;
 mod raster;
 mod shading;
 mod shadows;
+mod volume;
 
 use crate::camera::View;
 use crate::colour::pixel_from_linear;
-use crate::draw_parameters::normal_map_strength;
+use crate::draw_parameters::{drawn_triangles, normal_map_strength};
 use crate::ground::{self, Disc};
 use crate::legend;
 use crate::mesh::{Mesh, Triangle};
@@ -89,8 +90,7 @@ impl<'a> Picture<'a> {
         };
         let heights = scene.displacement.as_ref().map_or_else(Vec::new, |binding| binding.heights(displace));
         let clip_positions: Vec<Vec4> = positions.par_iter().map(|p| view.clip_from_world * p.extend(1.0)).collect();
-        let triangles = mesh
-            .triangles
+        let triangles = drawn_triangles(scene, settings)
             .par_iter()
             .enumerate()
             .flat_map_iter(|(i, t)| {
@@ -172,8 +172,11 @@ impl<'a> Picture<'a> {
     fn colour(&self, nearest: Nearest, x: usize, y: usize) -> Vec3 {
         let ndc = self.grid.ndc_from_sample(x, y).as_vec2();
         let surface = match self.mesh.triangles.get(nearest.triangle as usize) {
-            Some(triangle) => self.shader.shade(&self.fragment(nearest.triangle, triangle, x, y)),
-            None => self.shader.background(ndc),
+            Some(triangle) => {
+                let fragment = self.fragment(nearest.triangle, triangle, x, y);
+                self.shader.over_volume_to(self.shader.shade(&fragment), fragment.position)
+            }
+            None => self.shader.over_volume_behind(self.shader.background(ndc), ndc),
         };
         let met = self.ground.as_ref().and_then(|ground| Some((ground, ground.meet(ndc, nearest.depth)?)));
         met.map_or(surface, |(ground, point)| self.shader.over_ground(surface, point, ground))

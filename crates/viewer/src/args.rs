@@ -1,5 +1,7 @@
 //! Options of the command line.
 
+mod volume;
+
 use clap::{Parser, ValueEnum};
 use planish_files::failure::Failure;
 use planish_files::input::Trust;
@@ -12,6 +14,7 @@ use planish_render::settings::{Normals, Overlay, Sampling, Settings, Shading, Si
 use planish_viewer::environment::parse_source;
 use planish_viewer::open::Files;
 use std::path::{Path, PathBuf};
+use volume::VolumeArgs;
 
 /// Shows a mesh and its displacement map in a window, or draws it into a file.
 ///
@@ -135,6 +138,9 @@ pub(crate) struct Args {
     #[arg(long, value_name = "WHICH", value_parser = parse_source)]
     environment: Option<Source>,
 
+    #[command(flatten)]
+    volume: VolumeArgs,
+
     /// Camera: degrees to the right about the up axis, from the front.
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
     yaw: Option<f32>,
@@ -192,7 +198,7 @@ impl Args {
     pub(crate) fn inputs(&self) -> Vec<&Path> {
         let files =
             [&self.input, &self.map, &self.texture, &self.normal_map, &self.heights, &self.scalars, &self.clean];
-        files.into_iter().flatten().map(PathBuf::as_path).collect()
+        files.into_iter().flatten().map(PathBuf::as_path).chain(self.volume.file()).collect()
     }
 
     /// The first option that the window has no use for: it reads the files that it is shown.
@@ -223,6 +229,7 @@ impl Args {
         if let Some(source) = &self.environment {
             settings.environment.get_or_insert_default().source = source.clone();
         }
+        self.volume.override_view(&mut settings.volume, settings.shading);
         settings.camera.yaw = self.yaw.unwrap_or(settings.camera.yaw);
         settings.camera.pitch = self.pitch.unwrap_or(settings.camera.pitch);
         settings

@@ -8,4 +8,5 @@ mod image_file;
 pub mod open;
 pub mod report;
 pub mod vertex_error;
+pub mod volume;
 pub mod window;

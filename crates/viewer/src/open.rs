@@ -4,6 +4,7 @@ mod materials;
 
 use crate::environment;
 use crate::image_file;
+use crate::volume;
 use image::DynamicImage;
 use planish_files::bake_files::{self, Baked, Job};
 use planish_files::failure::Failure;
@@ -19,11 +20,14 @@ use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Progress;
 use planish_geometry::source::model::Model;
 use planish_render::input as model_input;
+use planish_render::mesh::Mesh;
 use planish_render::scene::{Occlusion, Scene};
 use planish_render::settings::environment::Surroundings;
+use planish_render::settings::volume::VolumeView;
 use planish_render::settings::{Settings, Shading};
 use planish_render::texture::{Content, Texture, Textures};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Files that make up a scene.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -121,7 +125,24 @@ pub fn open(files: &Files, settings: &Settings, progress: &dyn Progress) -> Resu
         progress.stage("environment");
         scene.environment = Some(environment::load(source, *resolution as usize)?);
     }
+    if let Some(VolumeView { source, placement, .. }) = &settings.volume {
+        let volume = volume::load(source, *placement, Some(&model), files.trust, progress)?;
+        scene.set_volume(Some(Arc::new(volume)));
+    }
     Ok(Opened { mesh, model, scene, map, baked, warnings })
+}
+
+/// Reads a volume that is drawn without a mesh.
+pub fn open_volume(settings: &Settings, trust: Trust, progress: &dyn Progress) -> Result<Scene, Failure> {
+    let mut scene = Scene::new(Mesh::default()).map_err(Failure::internal)?;
+    if let Some(VolumeView { source, placement, .. }) = &settings.volume {
+        scene.set_volume(Some(Arc::new(volume::load(source, *placement, None, trust, progress)?)));
+    }
+    if let Some(Surroundings { source, resolution, .. }) = &settings.environment {
+        progress.stage("environment");
+        scene.environment = Some(environment::load(source, *resolution as usize)?);
+    }
+    Ok(scene)
 }
 
 /// Returns whether the settings need a map: at λ = 0 only some shadings look at it.

@@ -15,6 +15,7 @@ use planish_render::gpu::painter::Painter;
 use planish_render::gpu::renderer::Renderer;
 use planish_render::gpu::{Backend, Gpu, NoGpu};
 use planish_render::scene::Scene;
+use planish_render::settings::volume::VolumeSource;
 use planish_render::settings::{Heat, Settings, Shading};
 use planish_render::software;
 use planish_viewer::app::capture;
@@ -65,6 +66,13 @@ fn settings(args: &Args) -> Result<Settings, Failure> {
 fn scene(args: &Args, mut settings: Settings, terminal: &Terminal) -> Result<(Scene, Settings), Failure> {
     if settings.shading == Shading::Heat && args.scalars.is_none() && args.clean.is_none() {
         return Err(Failure::Input("heat shading needs numbers: --scalars IN.txt or --clean CLEAN.obj".to_owned()));
+    }
+    if settings.shading == Shading::Solid && settings.volume.is_none() {
+        return Err(Failure::Input("solid shading needs a volume: --volume distance or --volume FILE".to_owned()));
+    }
+    let has_file = settings.volume.as_ref().is_some_and(|v| !matches!(v.source, VolumeSource::Distance { .. }));
+    if args.input.is_none() && has_file {
+        return Ok((open::open_volume(&settings, args.trust(), terminal)?, settings));
     }
     // What a bake warns of is about its files, and here nobody gets them.
     let Opened { model, mut scene, map, warnings, .. } = open::open(&args.files()?, &settings, terminal)?;
@@ -132,7 +140,7 @@ impl<'a> Drawer<'a> {
             },
         };
         match Painter::new(backend, renderer, scene) {
-            Err(e @ NoGpu::TooLarge { .. }) if backend == Backend::Auto => {
+            Err(e @ (NoGpu::TooLarge { .. } | NoGpu::VolumeTooLarge { .. })) if backend == Backend::Auto => {
                 terminal.warn(&e.to_string());
                 Ok(Self::Software(scene))
             }

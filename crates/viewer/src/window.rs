@@ -24,6 +24,7 @@ use planish_files::input::Trust;
 use planish_files::output::Output;
 use planish_geometry::progress::Progress as _;
 use planish_render::gpu::{Backend, NoGpu};
+use planish_render::settings::volume::VolumeSource;
 use planish_render::settings::{Settings, Shading};
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -278,6 +279,9 @@ fn take(app: &mut App, purpose: FilePurpose, path: &Path) {
         FilePurpose::Environment => {
             let Ok(source) = crate::environment::parse_source(&path.to_string_lossy());
             app.choices.view.environment.get_or_insert_default().source = source;
+        }
+        FilePurpose::Volume => {
+            app.choices.view.volume.get_or_insert_default().source = VolumeSource::File(path.to_owned());
         }
         _ => app.open(path),
     }

@@ -255,3 +255,37 @@ fn heights_are_put_on_and_need_texture_coordinates() {
     folder.fails("none.planish.json --headless out.png", 2, "none.planish.json: ");
     folder.fails("a.planish.json --map b.planish.json --headless out.png", 2, "--map");
 }
+
+#[test]
+fn a_volume_is_drawn_around_a_mesh_and_alone() {
+    let folder = Folder::new();
+    fs::write(folder.path("tent.obj"), TENT).unwrap();
+    let line = "tent.obj --headless out.png --size 60x50 --backend software --lambda 0";
+    let bare = folder.draws(line);
+    let distance = folder.draws(&format!("{line} --volume distance --volume-grid 16 --save-settings s.json"));
+    assert_ne!(distance, bare);
+    assert_eq!(folder.draws("tent.obj --headless out.png --backend software --settings s.json"), distance);
+    let solid =
+        folder.draws(&format!("{line} --volume distance --volume-grid 16 --shading solid --volume-range -0.2,0.2"));
+    assert!(solid != bare && solid != distance);
+    fs::write(folder.path("a.raw"), (0..60).collect::<Vec<u8>>()).unwrap();
+    let raw = "--volume a.raw --volume-size 3,4,5 --volume-type u8 --transfer fog";
+    let around = folder.draws(&format!("{line} {raw}"));
+    let hidden = folder.draws(&format!("{line} {raw} --hide-mesh"));
+    let alone = folder.draws(&format!("--headless out.png --size 60x50 --backend software {raw}"));
+    assert!(around != bare && around != hidden && alone != hidden);
+    fs::remove_file(folder.path("out.png")).unwrap();
+    for (options, word) in [
+        ("--volume none.nrrd", "none.nrrd: "),
+        ("--volume a.raw", "a.raw: is no NRRD file"),
+        ("--volume a.raw --volume-size 3,4,6 --volume-type u8", "a.raw: has 60 bytes of values"),
+        ("--volume a.raw --volume-size 3,4,0 --volume-type u8", "volume.source.raw.size"),
+        ("--volume distance --volume-grid 4000", "volume.source.distance.size"),
+        ("--volume distance --clip x=0.7..0.2", "volume.low"),
+        ("--shading solid", "solid shading needs a volume"),
+    ] {
+        folder.fails(&format!("{line} {options}"), 2, word);
+    }
+    folder.fails("tent.obj --headless a.raw --volume a.raw", 2, "a.raw: is an input");
+    folder.fails("--headless out.png --volume distance", 2, "need a mesh");
+}

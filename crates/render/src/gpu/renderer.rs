@@ -21,10 +21,11 @@ mod targets;
 pub use gpu_scene::GpuScene;
 
 use crate::colour::{linear_from_byte, pixel_from_linear};
-use crate::draw_parameters::derives_normals;
+use crate::draw_parameters::{derives_normals, mesh_visibility};
 use crate::gpu::{DEPTH, FORMAT, Gpu, NoGpu};
 use crate::legend;
 use crate::scene::{Scene, SceneError};
+use crate::settings::environment::Part;
 use crate::settings::{Displace, Settings, Size};
 use bind_groups::Layouts;
 use frame::Picture;
@@ -142,11 +143,12 @@ impl Renderer {
         self.gpu.queue.write_buffer(&gpu_scene.frame, 0, bytemuck::bytes_of(&frame));
         self.write_displacement(gpu_scene, scene, &settings.displace);
         let lighting = Lighting::new(&self.gpu, &self.layouts, &self.shadow_maps, gpu_scene, &picture);
+        let mesh = mesh_visibility(scene, settings);
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         if derives_normals(scene, settings) {
             self.compute.run(&mut encoder, gpu_scene, pipelines::Result::Normals);
         }
-        self.casting.run(&mut encoder, gpu_scene, &lighting, settings.shadow.casters);
+        self.casting.run(&mut encoder, gpu_scene, &lighting, settings.shadow.casters, mesh);
         let mut pass = target.begin(&mut encoder, view);
         let pipelines = &self.pipelines[usize::from(target.samples > 1)];
         pass.set_bind_group(0, &lighting.frame_bindings, &[]);
@@ -154,10 +156,13 @@ impl Renderer {
             pass.set_pipeline(&pipelines.shadow_view);
             pass.draw(0..3, 0..1);
         } else {
-            pass.set_pipeline(&pipelines.background);
+            let volume = frame::volume_display(scene, settings);
+            pass.set_pipeline(&pipelines.background(&self.gpu.device, &self.layouts, volume));
             pass.draw(0..3, 0..1);
             let surface = pipelines.surface(&self.gpu.device, &self.layouts, frame::variant(scene, settings));
-            self.draw_surface(&mut pass, &surface, gpu_scene, settings);
+            if mesh == Part::Shown {
+                self.draw_surface(&mut pass, &surface, gpu_scene, settings);
+            }
             // Last, because its rim lets the background through.
             if lighting.has_ground {
                 pass.set_pipeline(&surface.ground);

@@ -1,10 +1,11 @@
 //! Programs joined from the files of `planish-shaders`, for the choices of the settings.
 
 use crate::settings::shadow::{Filter, Outside};
+use crate::settings::volume::VolumeDisplay;
 use crate::settings::{Normals, Overlay, Sampling, Shading};
 use planish_shaders::{
     BACKGROUND, DISPLACE, ENVIRONMENT, FRAME, GROUND, LIGHT, MESH, NOISE, NORMALS, SHADOW, SHADOW_MAP, SHADOW_VIEW,
-    SURFACE, TEXTURES,
+    SURFACE, TEXTURES, VOLUME,
 };
 use std::fmt::Write as _;
 
@@ -35,12 +36,12 @@ impl Program {
     fn parts(self) -> &'static [&'static str] {
         match self {
             Self::Displace => &[DISPLACE],
-            Self::Background => &[FRAME, ENVIRONMENT, BACKGROUND],
-            Self::Mesh => &[FRAME, DISPLACE, SURFACE, SHADOW, ENVIRONMENT, LIGHT, TEXTURES, NOISE, MESH],
+            Self::Background => &[FRAME, SHADOW, ENVIRONMENT, LIGHT, VOLUME, BACKGROUND],
+            Self::Mesh => &[FRAME, DISPLACE, SURFACE, SHADOW, ENVIRONMENT, LIGHT, VOLUME, TEXTURES, NOISE, MESH],
             Self::Normals => &[DISPLACE, SURFACE, NORMALS],
             Self::Shadow => &[DISPLACE, SURFACE, SHADOW_MAP],
             Self::ShadowView => &[FRAME, SHADOW, SHADOW_VIEW],
-            Self::Ground => &[FRAME, SHADOW, ENVIRONMENT, LIGHT, GROUND],
+            Self::Ground => &[FRAME, SHADOW, ENVIRONMENT, LIGHT, VOLUME, GROUND],
         }
     }
 }
@@ -60,6 +61,8 @@ pub struct Variant {
     pub filter: Filter,
     /// Light at positions that no shadow map covers.
     pub outside: Outside,
+    /// What is drawn of the volume.
+    pub volume: VolumeDisplay,
 }
 
 /// The whole WGSL text of a program (WGSL does not care about the order of declarations).
@@ -71,7 +74,10 @@ pub fn source(program: Program, variant: Variant) -> String {
         constants(&mut text, "OVERLAY", Overlay::NAMES, variant.overlay.name());
         constants(&mut text, "SAMPLING", Sampling::NAMES, variant.sampling.name());
     }
-    if matches!(program, Program::Mesh | Program::ShadowView | Program::Ground) {
+    if matches!(program, Program::Background | Program::Mesh | Program::Ground) {
+        constants(&mut text, "VOLUME", VolumeDisplay::NAMES, variant.volume.name());
+    }
+    if matches!(program, Program::Background | Program::Mesh | Program::ShadowView | Program::Ground) {
         constants(&mut text, "FILTER", Filter::NAMES, variant.filter.name());
         constants(&mut text, "OUTSIDE", Outside::NAMES, variant.outside.name());
     }
@@ -117,6 +123,11 @@ mod tests {
         Normals::ALL.iter().for_each(|&normals| mesh(Variant { normals, ..usual }));
         Overlay::ALL.iter().for_each(|&overlay| mesh(Variant { overlay, ..usual }));
         Sampling::ALL.iter().for_each(|&sampling| mesh(Variant { sampling, shading: Shading::Texture, ..usual }));
+        for &volume in VolumeDisplay::ALL {
+            for program in [Program::Background, Program::Mesh, Program::Ground] {
+                validate(program, Variant { volume, ..usual });
+            }
+        }
         for (&filter, &outside) in Filter::ALL.iter().flat_map(|f| Outside::ALL.iter().map(move |o| (f, o))) {
             for program in [Program::Mesh, Program::Ground, Program::ShadowView] {
                 validate(program, Variant { filter, outside, ..usual });

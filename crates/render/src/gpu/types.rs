@@ -159,6 +159,41 @@ pub(crate) struct Ground {
     pub(crate) _pad_b: f32,
 }
 
+/// Twin of `struct ControlPoint`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(crate) struct ControlPoint {
+    pub(crate) colour: Vec3,
+    pub(crate) opacity: f32,
+    pub(crate) at: f32,
+    pub(crate) _pad_a: f32,
+    pub(crate) _pad_b: f32,
+    pub(crate) _pad_c: f32,
+}
+
+/// Twin of `struct Volume`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(crate) struct Volume {
+    pub(crate) texel_from_world: Mat4,
+    pub(crate) rays: Mat4,
+    pub(crate) low: Vec3,
+    pub(crate) step: f32,
+    pub(crate) high: Vec3,
+    pub(crate) density: f32,
+    pub(crate) slices: Vec3,
+    pub(crate) has_slices: u32,
+    pub(crate) value_low: f32,
+    pub(crate) value_scale: f32,
+    pub(crate) lighting: f32,
+    pub(crate) diagonal: f32,
+    pub(crate) point_count: u32,
+    pub(crate) _pad_a: u32,
+    pub(crate) _pad_b: u32,
+    pub(crate) _pad_c: u32,
+    pub(crate) points: [ControlPoint; crate::settings::volume::MAX_POINTS],
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -257,6 +292,29 @@ mod tests {
             }
         );
         assert_layout!(ground, Ground { centre, radius, right, catches, ahead, _pad, colour, _pad_b });
+        assert_layout!(ground, ControlPoint { colour, opacity, at, _pad_a, _pad_b, _pad_c });
+        assert_layout!(
+            ground,
+            Volume {
+                texel_from_world,
+                rays,
+                low,
+                step,
+                high,
+                density,
+                slices,
+                has_slices,
+                value_low,
+                value_scale,
+                lighting,
+                diagonal,
+                point_count,
+                _pad_a,
+                _pad_b,
+                _pad_c,
+                points
+            }
+        );
         assert_layout!(parsed(Program::Shadow), Caster { clip_from_world, moves, _pad_a, _pad_b, _pad_c });
     }
 }

@@ -68,7 +68,7 @@ pub enum Scene {
 }
 
 named! {
-/// Visibility of a part of an environment.
+/// Visibility of a part of a picture.
 pub enum Part {
     /// The part is drawn.
     #[default]

@@ -29,6 +29,9 @@ pub enum Shading {
     Checker = "checker",
     /// Phong with veins of noise in three dimensions: a texture that needs no texture coordinates (Perlin 1985).
     Marble = "marble",
+    /// Phong with the colours of a volume where the surface lies after its displacement, as if it were cut from the volume: a
+    /// solid texture. The material's colour without a volume.
+    Solid = "solid",
     /// The heights of the map, or the lengths of its vectors.
     Height = "height",
     /// A number per vertex through a colour map: its error, say.

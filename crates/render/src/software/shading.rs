@@ -16,6 +16,7 @@ use crate::mesh::Side;
 use crate::scene::Scene;
 use crate::settings::ground::Show;
 use crate::settings::{Overlay, Range, Sampling, Settings, Shading};
+use crate::volume_rays::VolumeRays;
 use glam::{Mat3, Vec2, Vec3, Vec4};
 use planish_geometry::map::displacement::{SampleAt, Weights};
 use planish_geometry::map::tangents::Tangent;
@@ -54,11 +55,12 @@ pub(crate) struct Fragment {
 /// Shader of a picture: everything that all its samples share.
 pub(crate) struct Shader<'a> {
     scene: &'a Scene,
-    settings: &'a Settings,
-    eye: Vec4,
+    pub(super) settings: &'a Settings,
+    pub(super) eye: Vec4,
     up: Vec3,
     view_from_world: Mat3,
-    world_lights: Vec<WorldLight>,
+    pub(super) world_lights: Vec<WorldLight>,
+    pub(super) volume: Option<VolumeRays<'a>>,
     sampler: Option<EnvironmentSampler<'a>>,
     shadows: Option<ShadowMaps>,
     heat: Option<(Colormap, Range)>,
@@ -79,6 +81,7 @@ impl<'a> Shader<'a> {
             view_from_world: view.world_from_view.transpose(),
             shadows: ShadowMaps::new(scene, settings, view, &world_lights, positions),
             world_lights,
+            volume: VolumeRays::new(scene, settings, view),
             sampler: EnvironmentSampler::new(scene.environment.as_ref(), settings, view, aspect),
             heat: heat_range(scene, settings).map(|range| (settings.heat.map, range)),
             bumps: bumps.map(|binding| (binding, binding.lift(&settings.displace))),
@@ -104,6 +107,10 @@ impl<'a> Shader<'a> {
             Shading::Marble => {
                 let vein = vein(marble_frequency(self.scene, self.settings) * position);
                 self.lit(plain.lerp(self.settings.marble.colour.linear(), vein), position, normal, open)
+            }
+            Shading::Solid => {
+                let solid = self.volume.as_ref().map_or(plain, |volume| volume.solid_colour(position));
+                self.lit(solid, position, normal, open)
             }
             Shading::Checker => self.lit(self.checker(fragment), position, normal, open),
             Shading::Height | Shading::Heat => {
@@ -200,7 +207,7 @@ impl<'a> Shader<'a> {
     }
 
     /// Diffuse light from everywhere.
-    fn ambient(&self, normal: Vec3) -> Vec3 {
+    pub(super) fn ambient(&self, normal: Vec3) -> Vec3 {
         let hemisphere = || {
             let ambient = &self.settings.ambient;
             let above = 0.5 + 0.5 * normal.dot(self.up);
@@ -214,7 +221,7 @@ impl<'a> Shader<'a> {
         let cover = ground.cover(point);
         let light = self.irradiance(point, ground.up, 1.0);
         if ground.show == Show::Plane {
-            return behind.lerp(ground.colour * light, cover);
+            return behind.lerp(self.over_volume_to(ground.colour * light, point), cover);
         }
         let luma = |c: Vec3| c.dot(Vec3::new(0.2126, 0.7152, 0.0722));
         let open = |world_light: &WorldLight| {
@@ -222,7 +229,9 @@ impl<'a> Shader<'a> {
             ground.up.dot(to_light).max(0.0) * radiance
         };
         let open = self.ambient(ground.up) + self.world_lights.iter().map(open).sum::<Vec3>();
-        behind * (1.0 - cover * (1.0 - luma(light) / luma(open).max(1e-6)))
+        let dark = cover * (1.0 - luma(light) / luma(open).max(1e-6));
+        // What of the volume lies before the shadow is not darkened by it.
+        behind.lerp(self.over_volume_to(Vec3::ZERO, point), dark)
     }
 
     /// Clay in a studio: depends on the normal as the eye sees it alone.

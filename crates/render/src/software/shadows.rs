@@ -3,7 +3,9 @@
 use super::clip;
 use super::raster::{Grid, ScreenTriangle};
 use crate::camera::View;
+use crate::draw_parameters::drawn_triangles;
 use crate::lights::WorldLight;
+use crate::mesh::Triangle;
 use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::settings::shadow::{Casters, Filter, Outside, Shadow};
@@ -45,7 +47,7 @@ impl ShadowMaps {
         let size = shadow.size as usize;
         let map = |view: ShadowView| Map {
             world_from_clip: view.clip_from_world.inverse(),
-            depths: depths(scene, positions, view.clip_from_world, size, shadow.casters),
+            depths: depths(drawn_triangles(scene, settings), positions, view.clip_from_world, size, shadow.casters),
             view,
         };
         let views = shadow::shadow_views(scene, settings, view, world_lights);
@@ -186,11 +188,17 @@ fn cube_face(d: Vec3) -> usize {
 }
 
 /// Nearest depth of each texel.
-fn depths(scene: &Scene, positions: &[Vec3], clip_from_world: Mat4, size: usize, casters: Casters) -> Vec<f32> {
+fn depths(
+    triangles: &[Triangle],
+    positions: &[Vec3],
+    clip_from_world: Mat4,
+    size: usize,
+    casters: Casters,
+) -> Vec<f32> {
     let grid = Grid { width: size, height: size };
     let clip_positions: Vec<Vec4> = positions.iter().map(|p| clip_from_world * p.extend(1.0)).collect();
     let mut depths = vec![1.0f32; size * size];
-    for (triangle, source) in scene.mesh().triangles.iter().zip(0..) {
+    for (triangle, source) in triangles.iter().zip(0..) {
         let corners = triangle.positions.map(|v| clip_positions[v as usize]);
         // Signed area on the picture: the determinant of (x, y, w).
         let [a, b, c] = corners.map(Vec4Swizzles::xyw);

@@ -16,6 +16,7 @@ use planish_render::settings::environment::{Part, Scene, Surroundings};
 use planish_render::settings::ground::{Ground, Show};
 use planish_render::settings::lights::{Anchor, Light, LightKind};
 use planish_render::settings::shadow::{Casters, Filter, LightProjection, Outside, Shadow};
+use planish_render::settings::volume::{Transfer, TransferPreset, VolumeDisplay, VolumeView};
 use planish_render::settings::{Normals, Overlay, Sampling, Settings, Shading};
 use std::path::Path;
 
@@ -85,6 +86,36 @@ pub(crate) fn shadows() -> Vec<(String, Settings)> {
     .to_vec()
 }
 
+/// Volumes with the mesh in them: presets, slices, a part of the box, parallel rays, a plane of shadows behind.
+pub(crate) fn volumes() -> Vec<(String, Settings)> {
+    let mut base = small([160, 120]);
+    base.camera.distance = 1.3;
+    let view = VolumeView { density: 1.5, ..VolumeView::default() };
+    let with = |view| Settings { volume: Some(view), ..base.clone() };
+    let preset = |preset| VolumeView { transfer: Transfer::Preset(preset), ..view.clone() };
+    let mut parallel = with(preset(TransferPreset::Bands));
+    parallel.camera.projection = Projection::Orthographic;
+    let alone = VolumeView { mesh: Part::Hidden, low: [0.0, 0.0, 0.4], ..preset(TransferPreset::Bone) };
+    let slices = VolumeView { display: VolumeDisplay::Slices, slices: [Some(0.5), None, Some(0.3)], ..view.clone() };
+    let wall = VolumeView { slices: [None, Some(0.55), None], ..preset(TransferPreset::Fog) };
+    let shadows = Shadow { filter: Filter::Pcf, size: 512, ..Shadow::default() };
+    let ground = |show| Settings {
+        ground: Ground { show, ..Ground::default() },
+        shadow: shadows,
+        ..with(VolumeView { density: 0.6, ..preset(TransferPreset::Fog) })
+    };
+    [
+        ("bands", parallel),
+        ("bone", with(alone)),
+        ("fog", ground(Show::Plane)),
+        ("fog-shadows", ground(Show::Shadows)),
+        ("slices", with(slices)),
+        ("wall", with(wall)),
+    ]
+    .map(|(name, settings)| (format!("volume-{name}"), settings))
+    .to_vec()
+}
+
 fn landscapes() -> Vec<(String, Scene, Settings)> {
     let around = |name: &str, scene, surroundings: Surroundings| {
         let mut settings = small([160, 120]);
@@ -117,11 +148,14 @@ fn pictures_are_as_they_were() {
 }
 
 #[test]
-fn shadows_and_landscapes_are_as_they_were() {
+fn shadows_volumes_and_landscapes_are_as_they_were() {
     let renderer = renderer(Backend::Vulkan);
     let mut scene = duck();
     let mut failures = Vec::new();
     for (name, settings) in shadows() {
+        failures.extend(compare(&name, &renderer.image(&scene, &settings).unwrap()).err());
+    }
+    for (name, settings) in volumes() {
         failures.extend(compare(&name, &renderer.image(&scene, &settings).unwrap()).err());
     }
     for (name, landscape, settings) in landscapes() {

@@ -1,5 +1,6 @@
 //! Adapters, scenes and pictures.
 
+use glam::{Affine3A, Mat3A, Vec3, Vec3A};
 use image::RgbaImage;
 use planish_geometry::bake::{self, BakeSettings, Bundle, BundleNames, SideFiles};
 use planish_geometry::map::displace::{self, ShaderVertex};
@@ -15,8 +16,9 @@ use planish_render::scene::Scene;
 use planish_render::settings::camera::Camera;
 use planish_render::settings::{Settings, Size};
 use planish_render::texture::{Content, Texture, Textures};
+use planish_render::volume::Volume;
 use std::path::{Path, PathBuf};
-use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
 
 /// The renderer of a backend, one at a time: a device is opened once for all tests. Who needs two takes that of Vulkan
 /// first.
@@ -83,7 +85,7 @@ impl Baked {
         displace::baked_vertices(self.model.source(), &self.bundle.manifest, &carrier).unwrap()
     }
 
-    /// The scene, with a texture, the normal map and a number for each line.
+    /// The scene, with a texture, the normal map, a volume and a number for each line.
     pub(crate) fn scene(&self) -> Scene {
         let lines = self.lines();
         let numbers: Vec<f32> = self.model.data().positions().iter().map(|p| p.y as f32).collect();
@@ -94,6 +96,8 @@ impl Baked {
             let image = image::load_from_memory(bytes(&self.bundle, &entry.file)).unwrap().into_rgba8();
             scene.normal_map = Texture::new(image, Content::Data);
         }
+        let bounds = scene.bounds();
+        scene.set_volume(Some(Arc::new(waves(bounds.centre, bounds.radius))));
         scene
     }
 }
@@ -105,6 +109,22 @@ pub(crate) fn duck() -> Scene {
         baked(&repository().join("data/duck_noisy.obj"), &settings).scene()
     });
     DUCK.clone()
+}
+
+/// A density that is high in the middle of a sphere and along waves, in a box whose axes are askew and whose voxels are not cubes.
+fn waves(centre: Vec3, radius: f32) -> Volume {
+    const SIZE: [u32; 3] = [28, 24, 20];
+    let axes = Mat3A::from_rotation_y(0.5) * Mat3A::from_rotation_x(0.3);
+    let voxels = Vec3::from(SIZE.map(|n| 1.9 * radius / n as f32));
+    let matrix3 = axes * Mat3A::from_diagonal(voxels);
+    let half = Vec3A::from(SIZE.map(|n| 0.5 * n as f32));
+    let place = Affine3A { matrix3, translation: Vec3A::from(centre) - matrix3 * half };
+    let value = |i: u32| {
+        let texel = Vec3::new((i % SIZE[0]) as f32, (i / SIZE[0] % SIZE[1]) as f32, (i / SIZE[0] / SIZE[1]) as f32);
+        let p = (place.transform_point3(texel + 0.5) - centre) / radius;
+        1.0 - p.length() + 0.25 * (7.0 * p.x).sin() * (6.0 * p.y + 2.0 * p.z).cos()
+    };
+    Volume::new(SIZE, (0..SIZE.iter().product()).map(value).collect(), place).unwrap()
 }
 
 /// The map does not matter here, and some methods take their time.

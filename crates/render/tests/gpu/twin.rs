@@ -1,6 +1,6 @@
 //! The GPU and the renderer on the processor draw the same pictures.
 
-use crate::golden::shadows;
+use crate::golden::{shadows, volumes};
 use crate::support::{duck, no_complaints, renderer, small};
 use glam::Vec3;
 use image::RgbaImage;
@@ -18,7 +18,7 @@ const RARELY: u8 = 4;
 /// Differences of all channels away from silhouettes: where the picture with one sample shows background or an edge of
 /// the surface within two pixels, coverage decides.
 fn differences(scene: &Scene, settings: &Settings, a: &RgbaImage, b: &RgbaImage) -> Vec<u8> {
-    let plain = Settings { shading: Shading::Normals, overlay: Overlay::None, ..settings.clone() };
+    let plain = Settings { shading: Shading::Normals, overlay: Overlay::None, volume: None, ..settings.clone() };
     let normals = software::render(scene, &plain);
     let inside = |x: u32, y: u32| {
         let here = normals.get_pixel(x, y).0;
@@ -174,15 +174,32 @@ fn shadows_on_the_ground_and_on_the_surface() {
 }
 
 #[test]
+fn volumes_around_the_surface_and_alone() {
+    let renderer = renderer(Backend::Vulkan);
+    let scene = duck();
+    let gpu_scene = renderer.upload(&scene).unwrap();
+    for (what, settings) in volumes() {
+        let settings = Settings { supersampling: 3, ..settings };
+        let picture = renderer.image_of(&gpu_scene, &scene, &settings);
+        agree(&scene, &settings, &picture, &what);
+        let without = software::render(&scene, &Settings { volume: None, ..settings });
+        let changed = picture.iter().zip(without.iter()).filter(|(a, b)| a.abs_diff(**b) > 20).count();
+        assert!(changed > picture.len() / 20, "{what}: {changed} numbers show the volume");
+    }
+    no_complaints(&renderer);
+}
+
+#[test]
 fn opengl_draws_what_vulkan_draws() {
     let (vulkan, gl) = (renderer(Backend::Vulkan), renderer(Backend::Gl));
     let scene = duck();
-    for &shading in Shading::ALL {
-        let settings = Settings { shading, ..settings() };
+    let shadings = Shading::ALL.iter().map(|&shading| (format!("{shading:?}"), Settings { shading, ..settings() }));
+    let volumes = volumes().into_iter().map(|(what, volume)| (what, Settings { supersampling: 3, ..volume }));
+    for (what, settings) in shadings.chain(volumes) {
         let [a, b] = [&vulkan, &gl].map(|renderer| renderer.image(&scene, &settings).unwrap());
         let off = a.iter().zip(b.iter()).filter(|(a, b)| a.abs_diff(**b) > RARELY).count();
         // Silhouettes, where the drivers' rasterisers may take different samples, are longer than a thousandth of the picture.
-        assert!(off * 500 < a.len(), "{shading:?}: {off} numbers differ");
+        assert!(off * 500 < a.len(), "{what}: {off} numbers differ");
     }
     no_complaints(&vulkan);
     no_complaints(&gl);

@@ -20,6 +20,8 @@ pub(super) enum FilePurpose {
     Weights,
     /// The file is a picture of the surroundings, or a folder with the six faces of a cube map.
     Environment,
+    /// The file is a volume (NRRD).
+    Volume,
 }
 
 /// File dialog that is open.
@@ -79,6 +81,7 @@ impl Dialog {
             Purpose::Open(FilePurpose::Environment) => {
                 ("A picture of what is all around, or a folder with six faces", "Use")
             }
+            Purpose::Open(FilePurpose::Volume) => ("A volume (.nrrd, .nhdr)", "Use"),
             Purpose::Open(FilePurpose::Mask) => ("Numbers of `v` lines that stay", "Use"),
             Purpose::Open(FilePurpose::Weights) => {
                 ("A grey picture in the texture coordinates, or a text with weights", "Use")
@@ -158,7 +161,9 @@ fn entries(folder: &Path, purpose: Purpose) -> Vec<Entry> {
         let is_folder = path.is_dir();
         let fits = match purpose {
             Purpose::Save => false,
-            Purpose::Open(FilePurpose::Mask | FilePurpose::Weights | FilePurpose::Environment) => true,
+            Purpose::Open(
+                FilePurpose::Mask | FilePurpose::Weights | FilePurpose::Environment | FilePurpose::Volume,
+            ) => true,
             // Of the pictures only maps can be opened.
             Purpose::Open(FilePurpose::Open) => match document::kind(&path) {
                 Some(document::Kind::Picture) => name.contains(".displacement."),

@@ -7,6 +7,7 @@ mod mesh;
 mod mesh_list;
 mod method;
 mod view_settings;
+mod volume;
 
 use super::dialog::{Dialog, FilePurpose, Outcome};
 use super::ui_state::{Action, UiState};

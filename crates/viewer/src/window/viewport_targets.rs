@@ -3,9 +3,11 @@
 use super::surface::WindowSurface;
 use super::ui_state::{Comparing, UiState};
 use crate::app::App;
+use crate::app::document::Document;
 use crate::app::jobs::{self, Slot, Status, Ticket, Wake};
 use crate::app::vertex_numbers::VertexNumbers;
 use crate::environment;
+use crate::volume;
 use egui::TextureId;
 use image::RgbaImage;
 use planish_files::failure::Failure;
@@ -15,18 +17,19 @@ use planish_render::gpu::renderer::{GpuScene, Renderer, Smoothness, Target};
 use planish_render::gpu::{FORMAT, Gpu};
 use planish_render::scene::Scene;
 use planish_render::settings::environment::Source;
+use planish_render::settings::volume::{Placement, VolumeSource};
 use planish_render::settings::{Range, Settings, Shading, Size};
+use planish_render::volume::Volume;
 use std::sync::Arc;
 
 /// Off-screen targets of the viewport, their renderer, and the scene that was uploaded last.
 pub(super) struct ViewportTargets {
     renderer: Arc<Renderer>,
-    uploading: Slot<(Shown, LoadedEnvironment, Option<Failure>)>,
+    uploading: Slot<Uploaded>,
     /// Scene that is being uploaded, or was uploaded last.
     request: Option<UploadRequest>,
     shown: Option<Shown>,
-    /// The environment that was read last.
-    environment: LoadedEnvironment,
+    known: Known,
     canvases: [Option<Canvas>; 2],
     target: Option<(Size, Target)>,
     /// Numbers of the vertices of the shown scene that are on the device.
@@ -36,42 +39,78 @@ pub(super) struct ViewportTargets {
 /// Source of an environment, and its number of texels along a side.
 type EnvironmentKey = (Source, u32);
 
-/// Request to upload a scene with its environment.
+/// Source of a volume, its placement, and the mesh that it is computed from or put around.
+#[derive(Clone)]
+struct VolumeKey {
+    source: VolumeSource,
+    placement: Placement,
+    document: Arc<Document>,
+}
+
+impl PartialEq for VolumeKey {
+    fn eq(&self, other: &Self) -> bool {
+        self.source == other.source && self.placement == other.placement && Arc::ptr_eq(&self.document, &other.document)
+    }
+}
+
+/// Request to upload a scene with its environment and its volume.
 #[derive(Clone)]
 struct UploadRequest {
     scene: Arc<Scene>,
     environment: Option<EnvironmentKey>,
+    volume: Option<VolumeKey>,
 }
 
 impl PartialEq for UploadRequest {
     fn eq(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.scene, &other.scene) && self.environment == other.environment
+        Arc::ptr_eq(&self.scene, &other.scene) && self.environment == other.environment && self.volume == other.volume
     }
 }
 
-/// Environment that was read, with its source.
-type LoadedEnvironment = Option<Arc<(EnvironmentKey, Environment)>>;
+/// Surroundings and contents of a scene that were read last, with their sources.
+#[derive(Clone, Default)]
+struct Known {
+    environment: Option<Arc<(EnvironmentKey, Environment)>>,
+    volume: Option<(VolumeKey, Arc<Volume>)>,
+}
+
+/// A scene on the device, what was read for it, and what could not be read.
+type Uploaded = (Shown, Known, Vec<Failure>);
 
 impl UploadRequest {
-    /// Uploads the scene, without an environment that cannot be read.
-    fn show(
-        self,
-        renderer: &Renderer,
-        known: LoadedEnvironment,
-        ticket: &Ticket,
-    ) -> Result<(Shown, LoadedEnvironment, Option<Failure>), Failure> {
-        let (mut scene, mut failed, mut read) = (self.scene, None, known);
+    /// Uploads the scene, without an environment or a volume that cannot be read.
+    fn show(self, renderer: &Renderer, known: Known, ticket: &Ticket) -> Result<Uploaded, Failure> {
+        let (mut scene, mut failed, mut read) = (self.scene, Vec::new(), known);
         if let Some(key) = self.environment {
-            if read.as_ref().is_none_or(|read| read.0 != key) {
+            if read.environment.as_ref().is_none_or(|read| read.0 != key) {
                 ticket.stage("environment");
-                (read, failed) = match environment::load(&key.0, key.1 as usize) {
-                    Ok(environment) => (Some(Arc::new((key, environment))), None),
-                    Err(failure) => (None, Some(failure)),
+                let loaded = environment::load(&key.0, key.1 as usize).map_err(|failure| failed.push(failure));
+                read.environment = loaded.ok().map(|environment| Arc::new((key, environment)));
+            }
+            let mut with = (*scene).clone();
+            with.environment = read.environment.as_ref().map(|read| read.1.clone());
+            scene = Arc::new(with);
+        }
+        if let Some(key) = self.volume {
+            if read.volume.as_ref().is_none_or(|read| read.0 != key) {
+                let Document { model, trust, .. } = &*key.document;
+                let loaded = volume::load(&key.source, key.placement, Some(model), *trust, ticket);
+                read.volume = match loaded {
+                    Ok(volume) => Some((key, Arc::new(volume))),
+                    // The work is for a newer request.
+                    Err(Failure::Interrupted) => return Err(Failure::Interrupted),
+                    Err(failure) => {
+                        failed.push(failure);
+                        None
+                    }
                 };
             }
             let mut with = (*scene).clone();
-            with.environment = read.as_ref().map(|read| read.1.clone());
+            with.set_volume(read.volume.as_ref().map(|read| Arc::clone(&read.1)));
             scene = Arc::new(with);
+        } else {
+            // A volume may be large, and it is not seen.
+            read.volume = None;
         }
         ticket.stage("to the graphics card");
         let gpu_scene = upload(renderer, &scene)?;
@@ -105,7 +144,7 @@ impl ViewportTargets {
             uploading: Slot::new(Arc::clone(wake)),
             request: None,
             shown: None,
-            environment: None,
+            known: Known::default(),
             canvases: [None, None],
             target: None,
             numbers: None,
@@ -142,20 +181,19 @@ impl ViewportTargets {
         let request = scene.map(|scene| UploadRequest {
             scene: Arc::clone(scene),
             environment: surroundings.map(|s| (s.source.clone(), s.resolution)),
+            volume: wanted_volume(app),
         });
         if let Some(request) = request.filter(|request| self.request.as_ref() != Some(request)) {
-            let (renderer, known) = (Arc::clone(&self.renderer), self.environment.clone());
+            let (renderer, known) = (Arc::clone(&self.renderer), self.known.clone());
             self.request = Some(request.clone());
             self.uploading.start(move |ticket| request.show(&renderer, known, ticket));
         }
         match self.uploading.poll() {
-            Some(Ok((shown, environment, failed))) => {
+            Some(Ok((shown, known, failed))) => {
                 jobs::drop_in_background(self.shown.replace(shown));
-                self.environment = environment;
                 self.numbers = None;
-                if let Some(failure) = failed {
-                    app.fail(&failure);
-                }
+                jobs::drop_in_background(std::mem::replace(&mut self.known, known));
+                failed.iter().for_each(|failure| app.fail(failure));
             }
             Some(Err(failure)) => app.fail(&failure),
             None => {}
@@ -244,6 +282,13 @@ impl ViewportTargets {
             Ok(renderer.image_of(gpu_scene, &scene, &drawable(settings, &scene, numbers.as_ref())))
         })
     }
+}
+
+/// The volume of the view, with the mesh that is open.
+fn wanted_volume(app: &App) -> Option<VolumeKey> {
+    let view = app.choices.view.volume.as_ref()?;
+    let document = Arc::clone(app.document()?);
+    Some(VolumeKey { source: view.source.clone(), placement: view.placement, document })
 }
 
 fn upload(renderer: &Renderer, scene: &Scene) -> Result<GpuScene, Failure> {

@@ -6,6 +6,8 @@ use egui::{Theme, vec2};
 use egui_kittest::kittest::Queryable as _;
 use egui_kittest::{Harness, SnapshotOptions};
 use planish_geometry::denoise::Denoiser;
+use planish_render::settings::environment::Part;
+use planish_render::settings::volume::VolumeView;
 use planish_render::settings::{Overlay, Shading};
 use planish_viewer::app::jobs::Wake;
 use planish_viewer::app::window_state::WindowState;
@@ -101,6 +103,23 @@ fn what_is_drawn_how() {
         panel.run();
     }
     looks_like(&mut panel, "view");
+}
+
+#[test]
+fn a_volume_has_its_settings_where_one_is_chosen() {
+    let mut app = baked("taubin");
+    app.choices.view.volume = Some(VolumeView { slices: [None, Some(0.4), None], ..VolumeView::default() });
+    let mut panel = show(app, Theme::Dark, 1150.0);
+    for section in ["Denoise", "Compare", "Map", "Mesh", "View and light"] {
+        panel.get_by_label(section).click();
+        panel.run();
+    }
+    looks_like(&mut panel, "volume");
+    panel.get_by_label("slice z").click();
+    panel.get_by_label("without the mesh").click();
+    panel.run();
+    let view = panel.state().app.choices.view.volume.clone().unwrap();
+    assert_eq!((view.slices, view.mesh), ([None, Some(0.4), Some(0.5)], Part::Hidden));
 }
 
 #[test]

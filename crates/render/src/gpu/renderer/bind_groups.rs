@@ -35,7 +35,7 @@ impl Layouts {
         Self {
             frame: group(
                 "frame",
-                &[UNIFORM, UNIFORM, LAYERS, UNIFORM, CUBE, SAMPLER, UNIFORM, NEAREST]
+                &[UNIFORM, UNIFORM, LAYERS, UNIFORM, CUBE, SAMPLER, UNIFORM, NEAREST, UNIFORM, GRID]
                     .map(|kind| (ShaderStages::VERTEX_FRAGMENT, kind)),
             ),
             caster: group("caster", &[(ShaderStages::VERTEX, ONE_OF_MANY)]),
@@ -77,6 +77,12 @@ const ONE_OF_MANY: wgpu::BindingType = wgpu::BindingType::Buffer {
 const LAYERS: wgpu::BindingType = wgpu::BindingType::Texture {
     sample_type: wgpu::TextureSampleType::Float { filterable: false },
     view_dimension: wgpu::TextureViewDimension::D2Array,
+    multisampled: false,
+};
+/// Values on a grid in space that are read one by one.
+const GRID: wgpu::BindingType = wgpu::BindingType::Texture {
+    sample_type: wgpu::TextureSampleType::Float { filterable: false },
+    view_dimension: wgpu::TextureViewDimension::D3,
     multisampled: false,
 };
 const CUBE: wgpu::BindingType = wgpu::BindingType::Texture {

@@ -4,11 +4,14 @@ use crate::camera::View;
 use crate::displaced_mesh::DisplacementBinding;
 use crate::draw_parameters::{LINE_WIDTH, derives_normals, heat_range, marble_frequency, normal_map_strength};
 use crate::gpu::shaders::Variant;
-use crate::gpu::types::{Displacement, Frame, Light};
+use crate::gpu::types::{ControlPoint, Displacement, Frame, Light, Volume};
 use crate::ground;
 use crate::lights::{WorldLight, world_lights};
 use crate::scene::Scene;
+use crate::settings::volume::VolumeDisplay;
 use crate::settings::{Displace, Normals, Settings, Shading, Size};
+use crate::volume_rays::VolumeRays;
+use bytemuck::Zeroable as _;
 use glam::Mat4;
 use planish_geometry::map::displacement::MapKind;
 
@@ -60,11 +63,12 @@ pub(super) fn frame(picture: &Picture, scale: f32) -> Frame {
     {
         (frame.heat_low, frame.heat_high, frame.has_heat) = (range.low, range.high, 1);
     }
-    // HAS_NORMAL_MAP, HAS_HEIGHTS_IN_UV, HAS_OCCLUSION_MAP
+    // HAS_NORMAL_MAP, HAS_HEIGHTS_IN_UV, HAS_OCCLUSION_MAP, HAS_VOLUME
     let has = [
         scene.normal_map.is_some(),
         scene.displacement.as_ref().is_some_and(DisplacementBinding::in_uv),
         scene.occlusion_map().is_some(),
+        scene.volume().is_some(),
     ];
     frame.has = (0..).zip(has).map(|(bit, has)| u32::from(has) << bit).sum();
     for (slot, world_light) in frame.lights.iter_mut().zip(world_lights(scene, settings, view)) {
@@ -84,6 +88,41 @@ pub(super) fn variant(scene: &Scene, settings: &Settings) -> Variant {
         sampling,
         filter: shadow.filter,
         outside: shadow.outside,
+        volume: volume_display(scene, settings),
+    }
+}
+
+/// What is drawn of the volume; nothing where the scene has none.
+pub(super) fn volume_display(scene: &Scene, settings: &Settings) -> VolumeDisplay {
+    match &settings.volume {
+        Some(wanted) if scene.volume().is_some() => wanted.display,
+        _ => VolumeDisplay::Hidden,
+    }
+}
+
+/// Uniforms of the volume; zero without one.
+pub(super) fn volume(picture: &Picture) -> Volume {
+    let Some(rays) = VolumeRays::new(picture.scene, picture.settings, &picture.view) else { return Volume::zeroed() };
+    let mut points = [ControlPoint::default(); crate::settings::volume::MAX_POINTS];
+    for (slot, (at, colour)) in points.iter_mut().zip(&rays.points) {
+        *slot = ControlPoint { colour: colour.truncate(), opacity: colour.w, at: *at, ..ControlPoint::default() };
+    }
+    Volume {
+        texel_from_world: rays.texel_from_world.into(),
+        rays: rays.rays,
+        low: rays.low,
+        step: rays.step,
+        high: rays.high,
+        density: rays.density,
+        slices: rays.slices.map(|slice| slice.unwrap_or(0.0)).into(),
+        has_slices: (0..).zip(rays.slices).map(|(bit, slice)| u32::from(slice.is_some()) << bit).sum(),
+        value_low: rays.value_low,
+        value_scale: rays.value_scale,
+        lighting: rays.lighting,
+        diagonal: rays.diagonal,
+        point_count: rays.points.len() as u32,
+        points,
+        ..Volume::zeroed()
     }
 }
 

@@ -30,6 +30,8 @@ pub struct GpuScene {
     pub(super) result_bindings: wgpu::BindGroup,
     pub(super) environment: wgpu::TextureView,
     pub(super) environment_sampler: wgpu::Sampler,
+    /// Values of the volume; a single 0 without one.
+    pub(super) volume: wgpu::TextureView,
     /// Ranges of corners that share a texture.
     pub(super) runs: Vec<Run>,
     textures: Vec<wgpu::TextureView>,
@@ -53,6 +55,7 @@ impl GpuScene {
         if let Some(bytes) = all.iter().map(|bytes| bytes.len() as u64).find(|bytes| *bytes > limit) {
             return Err(NoGpu::TooLarge { adapter: gpu.adapter.name.clone(), bytes, limit });
         }
+        let volume = volume(gpu, scene)?;
         let storage = |bytes: &[u8]| gpu.filled(bytes, BufferUsages::STORAGE | BufferUsages::COPY_DST);
         let buffer = |size, usage| {
             device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
@@ -96,6 +99,7 @@ impl GpuScene {
             extras,
             environment: environment_map(gpu, scene),
             environment_sampler: targets::smooth_sampler(device),
+            volume,
             runs: mesh.runs,
             textures: scene.textures.all().iter().map(uploaded).collect(),
             normal_map: scene.normal_map.as_ref().map_or_else(|| plain.clone(), uploaded),
@@ -159,6 +163,16 @@ fn map(gpu: &Gpu, binding: &DisplacementBinding) -> wgpu::TextureView {
             targets::floats(gpu, [size.width, size.height], 4, texels.as_flattened())
         }
     }
+}
+
+/// The values of a scene's volume on the device.
+fn volume(gpu: &Gpu, scene: &Scene) -> Result<wgpu::TextureView, NoGpu> {
+    let Some(volume) = scene.volume() else { return Ok(targets::grid(gpu, [1; 3], &[0.0])) };
+    let (size, limit) = (volume.size(), gpu.device.limits().max_texture_dimension_3d);
+    if size.iter().any(|n| *n > limit) {
+        return Err(NoGpu::VolumeTooLarge { adapter: gpu.adapter.name.clone(), size, limit });
+    }
+    Ok(targets::grid(gpu, size, volume.values()))
 }
 
 /// The cube map of a scene on the device; black without one.

@@ -1,7 +1,7 @@
 //! Uniforms and bindings of the light of a picture: shadow maps, the environment and the ground.
 
 use super::bind_groups::{Layouts, bind};
-use super::frame::Picture;
+use super::frame::{self, Picture};
 use super::gpu_scene::GpuScene;
 use crate::environment::sample::EnvironmentSampler;
 use crate::gpu::types::{Caster, Environment, Eye, Ground, Shadows};
@@ -101,8 +101,10 @@ impl Lighting {
             uniform(bytemuck::bytes_of(&shadows)),
             uniform(bytemuck::bytes_of(&environment(picture))),
             uniform(bytemuck::bytes_of(&ground.unwrap_or_default())),
+            uniform(bytemuck::bytes_of(&frame::volume(picture))),
         ];
-        let [shadow_buffer, environment, ground_buffer] = buffers.each_ref().map(wgpu::Buffer::as_entire_binding);
+        let [shadow_buffer, environment, ground_buffer, volume] =
+            buffers.each_ref().map(wgpu::Buffer::as_entire_binding);
         let nearest = gpu.device.create_sampler(&wgpu::SamplerDescriptor::default());
         let resources = [
             gpu_scene.frame.as_entire_binding(),
@@ -113,6 +115,8 @@ impl Lighting {
             wgpu::BindingResource::Sampler(&gpu_scene.environment_sampler),
             ground_buffer,
             wgpu::BindingResource::Sampler(&nearest),
+            volume,
+            wgpu::BindingResource::TextureView(&gpu_scene.volume),
         ];
         let (caster_bindings, caster_stride) = casters(gpu, layouts, &shadows.eyes[..count], picture.settings.shading);
         Self {

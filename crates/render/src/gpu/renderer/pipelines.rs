@@ -5,7 +5,9 @@ use super::gpu_scene::GpuScene;
 use super::lighting::Lighting;
 use crate::gpu::shaders::{Program, Variant, source};
 use crate::gpu::{DEPTH, FORMAT};
+use crate::settings::environment::Part;
 use crate::settings::shadow::Casters;
+use crate::settings::volume::VolumeDisplay;
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
@@ -13,8 +15,8 @@ use std::sync::{Mutex, PoisonError};
 #[derive(Debug)]
 pub(super) struct Pipelines {
     samples: u32,
-    pub(super) background: wgpu::RenderPipeline,
     pub(super) shadow_view: wgpu::RenderPipeline,
+    backgrounds: Mutex<HashMap<VolumeDisplay, wgpu::RenderPipeline>>,
     surfaces: Mutex<HashMap<Variant, Surface>>,
 }
 
@@ -90,10 +92,10 @@ const fn sides(topology: wgpu::PrimitiveTopology, cull_mode: Option<wgpu::Face>)
 }
 
 /// Pipeline of a triangle that fills the whole picture.
-fn screen<'a>(groups: &'a [&'a wgpu::BindGroupLayout], samples: u32) -> Special<'a> {
+fn screen<'a>(groups: &'a [&'a wgpu::BindGroupLayout], samples: u32, volume: VolumeDisplay) -> Special<'a> {
     Special {
         program: Program::Background,
-        variant: Variant::default(),
+        variant: Variant { volume, ..Variant::default() },
         vertex: "vs_background",
         fragment: Some("fs_background"),
         groups,
@@ -108,15 +110,26 @@ fn screen<'a>(groups: &'a [&'a wgpu::BindGroupLayout], samples: u32) -> Special<
 impl Pipelines {
     pub(super) fn new(device: &wgpu::Device, layouts: &Layouts, samples: u32) -> Self {
         let groups = [&layouts.frame];
-        let background = screen(&groups, samples);
         let shadow_view = Special {
             program: Program::ShadowView,
             vertex: "vs_shadow_view",
             fragment: Some("fs_shadow_view"),
-            ..background
+            ..screen(&groups, samples, VolumeDisplay::Hidden)
         };
-        let [background, shadow_view] = [&background, &shadow_view].map(|special| pipeline(device, special));
-        Self { samples, background, shadow_view, surfaces: Mutex::default() }
+        let shadow_view = pipeline(device, &shadow_view);
+        Self { samples, shadow_view, backgrounds: Mutex::default(), surfaces: Mutex::default() }
+    }
+
+    /// Compiles the background for what is drawn of a volume before it, unless it was needed before.
+    pub(super) fn background(
+        &self,
+        device: &wgpu::Device,
+        layouts: &Layouts,
+        volume: VolumeDisplay,
+    ) -> wgpu::RenderPipeline {
+        let mut backgrounds = self.backgrounds.lock().unwrap_or_else(PoisonError::into_inner);
+        let new = || pipeline(device, &screen(&[&layouts.frame], self.samples, volume));
+        backgrounds.entry(volume).or_insert_with(new).clone()
     }
 
     /// Compiles the variant unless it was needed before.
@@ -137,7 +150,7 @@ impl Surface {
             groups: &[frame, map, surface, textures],
             depth_compare: wgpu::CompareFunction::Less,
             depth_write: true,
-            ..screen(&[], samples)
+            ..screen(&[], samples, variant.volume)
         };
         let ground = Special {
             program: Program::Ground,
@@ -187,7 +200,9 @@ impl Casting {
         gpu_scene: &GpuScene,
         lighting: &Lighting,
         casters: Casters,
+        mesh: Part,
     ) {
+        let corners = if mesh == Part::Shown { gpu_scene.corner_count } else { 0 };
         let pipeline = match casters {
             Casters::All => &self.all,
             Casters::BackFaces => &self.back_faces,
@@ -207,7 +222,7 @@ impl Casting {
             pass.set_bind_group(0, &lighting.caster_bindings, &[i * lighting.caster_stride]);
             pass.set_bind_group(1, &gpu_scene.map_bindings, &[]);
             pass.set_bind_group(2, &gpu_scene.surface_bindings, &[]);
-            pass.draw(0..gpu_scene.corner_count, 0..1);
+            pass.draw(0..corners, 0..1);
         }
     }
 }

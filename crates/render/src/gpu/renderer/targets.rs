@@ -105,6 +105,16 @@ pub(super) fn floats(gpu: &Gpu, [width, height]: [u32; 2], channels: usize, texe
     view(gpu, &flat(width, height, format, wgpu::TextureUsages::TEXTURE_BINDING), bytemuck::cast_slice(texels))
 }
 
+/// Values on a grid in space, the first axis fastest.
+pub(super) fn grid(gpu: &Gpu, [width, height, depth]: [u32; 3], values: &[f32]) -> wgpu::TextureView {
+    let descriptor = wgpu::TextureDescriptor {
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: depth },
+        dimension: wgpu::TextureDimension::D3,
+        ..flat(width, height, wgpu::TextureFormat::R32Float, wgpu::TextureUsages::TEXTURE_BINDING)
+    };
+    view(gpu, &descriptor, bytemuck::cast_slice(values))
+}
+
 fn view(gpu: &Gpu, descriptor: &wgpu::TextureDescriptor, bytes: &[u8]) -> wgpu::TextureView {
     let texture = gpu.device.create_texture_with_data(&gpu.queue, descriptor, TextureDataOrder::MipMajor, bytes);
     texture.create_view(&wgpu::TextureViewDescriptor::default())

@@ -3,7 +3,7 @@
 use super::super::dialog::FilePurpose;
 use super::super::orbit::{self, Standard};
 use super::super::ui_state::UiState;
-use super::{choose, name};
+use super::{choose, name, volume};
 use crate::app::App;
 use egui::Ui;
 use planish_render::colour::Colour;
@@ -16,9 +16,14 @@ use planish_render::settings::{Normals, Overlay, Sampling, Settings, Shading};
 
 /// Shading of the surface, which is always shown.
 pub(super) fn shading(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
-    // Numbers of the vertices are shown by the buttons that say which.
-    let shown = app.choices.view.shading;
-    let all = Shading::ALL.iter().filter(|s| **s != Shading::Heat || shown == Shading::Heat);
+    // Numbers of the vertices are shown by the buttons that say which; solid colours need a volume.
+    let (shown, has_volume) = (app.choices.view.shading, app.choices.view.volume.is_some());
+    let is_offered = |s: &&Shading| match s {
+        Shading::Heat => shown == Shading::Heat,
+        Shading::Solid => has_volume,
+        _ => true,
+    };
+    let all = Shading::ALL.iter().filter(is_offered);
     let list = choose(ui, "shading", &mut app.choices.view.shading, all.map(|s| (name(s), *s)));
     ui_state.mark("shading", list.rect);
 }
@@ -38,6 +43,7 @@ pub(super) fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     shadows(ui, view);
     material(ui, view);
     surroundings(ui, view, ui_state);
+    volume::show(ui, view, ui_state);
     if ui.button("Reset").clicked() {
         let Settings { size, camera, displace, .. } = *view;
         *view = Settings { size, camera, displace, ..Settings::default() };

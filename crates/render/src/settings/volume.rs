@@ -1,0 +1,93 @@
+//! Settings of a volume: where its values come from, and how they are drawn.
+
+mod source;
+mod transfer;
+
+pub use source::{MAX_VALUES, Placement, RawVolume, SampleType, VolumeSource};
+pub use transfer::{ControlPoint, MAX_POINTS, Transfer, TransferPreset};
+
+use super::Range;
+use super::environment::Part;
+use super::rules::{SettingsError, named, require};
+use serde::{Deserialize, Serialize};
+
+named! {
+/// What is drawn of a volume, beside what a surface with [`Shading::Solid`](super::Shading::Solid) shows of it.
+pub enum VolumeDisplay {
+    /// Nothing is drawn.
+    Hidden = "hidden",
+    /// The slice planes alone, opaque.
+    Slices = "slices",
+    /// All of its box, marched through along the rays of the eye; slice planes are walls in it.
+    #[default]
+    Rays = "rays",
+}
+}
+
+/// A volume, and how it is drawn. Shares of its box run along its own axes, from 0 to 1.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct VolumeView {
+    /// Origin of the values.
+    pub source: VolumeSource,
+    /// Position of the box.
+    pub placement: Placement,
+    /// What is drawn of it.
+    pub display: VolumeDisplay,
+    /// Visibility of the mesh.
+    pub mesh: Part,
+    /// Colour and opacity of the values.
+    pub transfer: Transfer,
+    /// Values at the ends of the transfer function; `None` takes those of the volume.
+    pub range: Option<Range>,
+    /// Factor of the opacities of the transfer function, as if the volume were so many times as thick.
+    pub density: f32,
+    /// Strength of the light on surfaces inside the volume, 0..1; at 0 colours are those of the transfer function.
+    pub lighting: f32,
+    /// Distance from one sample of a ray to the next, in the shortest sides of a voxel.
+    pub step: f32,
+    /// Slice plane across each axis, as a share of the box.
+    pub slices: [Option<f32>; 3],
+    /// Part of the box that is drawn, from these shares …
+    pub low: [f32; 3],
+    /// … to these.
+    pub high: [f32; 3],
+}
+
+impl Default for VolumeView {
+    fn default() -> Self {
+        Self {
+            source: VolumeSource::default(),
+            placement: Placement::default(),
+            display: VolumeDisplay::default(),
+            mesh: Part::Shown,
+            transfer: Transfer::default(),
+            range: None,
+            density: 1.0,
+            lighting: 0.7,
+            step: 0.5,
+            slices: [None; 3],
+            low: [0.0; 3],
+            high: [1.0; 3],
+        }
+    }
+}
+
+impl VolumeView {
+    /// Refuses numbers that no picture can be drawn with.
+    pub fn check(&self) -> Result<(), SettingsError> {
+        self.source.check()?;
+        self.transfer.check()?;
+        let is_share = |x: &f32| (0.0..=1.0).contains(x);
+        let ordered = |r: Range| r.low < r.high && (r.high - r.low).is_finite();
+        require(&[
+            (self.range.is_none_or(ordered), "volume.range", "finite and ascending"),
+            ((0.0..=1e4).contains(&self.density), "volume.density", "0..10000"),
+            (is_share(&self.lighting), "volume.lighting", "0..1"),
+            ((0.05..=10.0).contains(&self.step), "volume.step", "0.05..10"),
+            (self.slices.iter().flatten().all(is_share), "volume.slices", "shares of the box, 0..1"),
+            (self.low.iter().chain(&self.high).all(is_share), "volume.low and volume.high", "shares of the box, 0..1"),
+            (self.low.iter().zip(&self.high).all(|(l, h)| l < h), "volume.low", "below volume.high along each axis"),
+        ])
+    }
+}
