@@ -2,6 +2,7 @@ use super::*;
 use crate::denoise::face_geometry::FaceGeometry;
 use crate::mesh::shapes;
 use crate::mesh::synthetic_noise::{self, Noise};
+use crate::mesh::topology::Topology;
 use crate::progress::Silent;
 
 const SETTINGS: VertexUpdate = VertexUpdate {
@@ -110,4 +111,36 @@ fn no_triangle_is_turned_over_where_that_is_prevented() {
         assert_eq!(turned(scheme, FoldOvers::Prevent), 0, "{scheme:?}");
     }
     assert!(turned(VertexScheme::Descent, FoldOvers::Allow) > 0, "otherwise this shows nothing");
+}
+
+#[test]
+fn a_vertex_goes_back_by_halves_of_its_step_and_then_all_the_way() {
+    let (_, from, mesh) = noisy(0.3);
+    let normals = FaceGeometry::of(&mesh, from.positions()).normals;
+    // Steps of an edge fold many triangles, some of which no halving unfolds.
+    let steps = synthetic_noise::displacements(
+        &from,
+        &Noise { sigma: 1.0, direction: synthetic_noise::Direction::Random, share: 1.0, seed: 9 },
+    );
+    const HALVINGS: u8 = 2;
+    let mut to: Vec<DVec3> = from.positions().iter().zip(&steps).map(|(p, step)| *p + *step).collect();
+    undo_flips(&mesh, &normals, from.positions(), &mut to, HALVINGS);
+    let mut found = [0; HALVINGS as usize + 2];
+    for ((x, p), step) in to.iter().zip(from.positions()).zip(&steps) {
+        // The step, a half of it, a quarter of it, or nothing.
+        let left = [1.0, 0.5, 0.25, 0.0].iter().position(|part| (*x - *p).distance(*part * *step) < 1e-14);
+        found[left.unwrap_or_else(|| panic!("{x} is {} of a step of {step} away", *x - *p))] += 1;
+    }
+    assert!(found.iter().all(|count| *count > 0), "otherwise this shows nothing: {found:?}");
+    let after = FaceGeometry::of(&mesh, &to).normals;
+    assert!(normals.iter().zip(&after).all(|(before, after)| before.dot(*after) > 0.0));
+}
+
+#[test]
+fn a_step_that_leaves_a_triangle_without_area_is_undone() {
+    let from = [DVec3::ZERO, DVec3::X, DVec3::Y];
+    let triangle = Surface::new(Topology::new(3, [vec![0, 1, 2]].into_iter().collect()), from.to_vec());
+    let mut to = [DVec3::ZERO, DVec3::X, 0.5 * DVec3::X];
+    undo_flips(&TriangleMesh::of(&triangle), &[DVec3::Z], &from, &mut to, 0);
+    assert_eq!(to, from);
 }
