@@ -223,4 +223,20 @@ mod tests {
         let corners = (0..25).filter(|&v| umbrella.irregular[v] && umbrella.at(grid.positions(), v).length() > 1e-15);
         assert_eq!(corners.count(), 4);
     }
+
+    #[test]
+    fn a_part_of_the_surface_has_the_constraint_of_the_whole() {
+        let grid = shapes::grid(4);
+        for boundary in [Boundary::Fixed, Boundary::Free] {
+            let whole = BoundaryConstraint::of(&grid, boundary);
+            let vertices: Vec<Index> = (0..25).rev().step_by(3).collect();
+            let part = whole.of_part(&vertices);
+            assert!((0..).zip(&vertices).all(|(k, &v)| part.holds(k) == whole.holds(v as usize)));
+            let held = (0..vertices.len()).filter(|&k| part.holds(k)).count();
+            assert!(
+                boundary == Boundary::Free && held == 0 || held > 0 && held < vertices.len(),
+                "{boundary:?}: {held}"
+            );
+        }
+    }
 }

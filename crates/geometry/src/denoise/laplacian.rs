@@ -182,6 +182,30 @@ mod tests {
     }
 
     #[test]
+    fn one_full_step_with_cotangent_weights_ends_at_the_mean_by_those_weights() {
+        let surface = shapes::dented_sphere(2);
+        let p = surface.positions();
+        let triangles: Vec<_> = surface.triangles().collect();
+        let settings = Laplacian { iterations: 1, step: 1.0, weights: EdgeWeights::Cotangent, ..Laplacian::default() };
+        for (v, delta) in (0..).zip(deltas(&surface, &settings, &Silent).unwrap()) {
+            let weight = |w: Index| -> f64 {
+                let opposite = triangles.iter().filter(|t| t.contains(&v) && t.contains(&w)).map(|t| {
+                    let o = t.iter().find(|&&o| o != v && o != w).unwrap();
+                    let [a, b] = [v, w].map(|end| p[end as usize] - p[*o as usize]);
+                    1.0 / a.angle_between(b).tan()
+                });
+                opposite.sum()
+            };
+            let ring = surface.topology().rings().get(v).iter().map(|&w| (p[w as usize], weight(w)));
+            // Obtuse triangles give weights that would push.
+            let pulling: Vec<(DVec3, f64)> = ring.filter(|(_, weight)| *weight > 0.0).collect();
+            let total: f64 = pulling.iter().map(|(_, weight)| weight).sum();
+            let mean = pulling.iter().map(|(x, weight)| *x * *weight).sum::<DVec3>() / total;
+            assert!(delta.distance(p[v as usize] - mean) < 1e-13, "{v}: {delta}");
+        }
+    }
+
+    #[test]
     fn a_regular_sphere_shrinks_by_the_eigenvalue_of_its_coordinates() {
         // Coordinates are eigenfunctions of the Laplacian: all vertices move inwards, and by much the same.
         let sphere = shapes::sphere(3);

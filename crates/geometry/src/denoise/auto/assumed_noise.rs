@@ -104,3 +104,6 @@ fn bounded_by_lines(surface: &Surface, connectivity: &Connectivity, noise: Noise
     let factor = lines::roughness(surface, connectivity, &noise).unwrap_or(1.0);
     if factor < CONTRADICTED { noise.scaled(factor) } else { noise }
 }
+
+#[cfg(test)]
+mod tests;

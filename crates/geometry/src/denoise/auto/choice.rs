@@ -119,3 +119,60 @@ impl fmt::Display for DenoiseChoice {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A choice for noise of a fifth of an edge all over.
+    fn choice() -> DenoiseChoice {
+        DenoiseChoice {
+            measured: NoiseLevel::default(),
+            kind: Kind::Independent,
+            sigma: 0.2,
+            tangential_sigma: 0.2,
+            noisy: 1.0,
+            unmeasured: 0.0,
+            hit: 0.0,
+            outliers: 0,
+            no_data: 0,
+            bounded: 0,
+            candidates: vec![CandidateShare::all_of(Candidate::Smooth)],
+            deviations: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn what_was_not_measured_is_said_once() {
+        let said = |kind, unmeasured| {
+            let candidates =
+                vec![CandidateShare::all_of(if kind == Kind::None { Candidate::Stay } else { Candidate::Smooth })];
+            DenoiseChoice { kind, unmeasured, candidates, ..choice() }.to_string()
+        };
+        assert_eq!(said(Kind::Independent, 0.0), "noise of 0.200 local edges: 100 % smooth");
+        assert_eq!(said(Kind::None, 0.0), "no noise that could be told from the surface: left alone");
+        // Nothing was found in the half that could be measured, or too little could be.
+        for (unmeasured, percent) in [(0.5, 50), (0.25, 25), (0.001, 1)] {
+            let rest = format!(", not measured on {percent} % of the surface");
+            assert_eq!(
+                said(Kind::None, unmeasured),
+                format!("no noise that could be told from the surface{rest}: left alone")
+            );
+            assert!(said(Kind::Independent, unmeasured).contains(&rest));
+        }
+        let little = said(Kind::None, 0.51);
+        assert!(little.starts_with("noise that cannot be measured") && !little.contains("not measured on"), "{little}");
+        assert!(said(Kind::Independent, 0.51).contains(", not measured on 51 % of the surface"));
+    }
+
+    #[test]
+    fn noise_that_is_nearly_everywhere_is_said_to_be_no_part_of_the_surface() {
+        let said = |noisy| DenoiseChoice { noisy, ..choice() }.to_string();
+        assert_eq!(said(0.4), "noise of 0.200 local edges on 40 % of the surface: 100 % smooth");
+        assert!([1.0, 0.95].iter().all(|noisy| !said(*noisy).contains("on ")), "{}", said(0.95));
+        let across = DenoiseChoice { tangential_sigma: 0.05, ..choice() }.to_string();
+        assert_eq!(across, "noise of 0.200 local edges, at most 0.050 across the normals: 100 % smooth");
+        let hit = DenoiseChoice { hit: 0.2, ..choice() }.to_string();
+        assert_eq!(hit, "noise that hits 20 % of the vertices, and 0.200 local edges at the others: 100 % smooth");
+    }
+}

@@ -100,3 +100,49 @@ pub(super) struct Fine<'a> {
     pub(super) scales: &'a [f32],
     pub(super) neighbours: &'a Ragged<Index>,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clusters_have_the_area_the_centroid_and_the_mean_normals_of_their_items() {
+        // A row of items of unlike areas, each beside the next.
+        let count = 40;
+        let x = |k: usize| k as f32;
+        let areas: Vec<f32> = (0..count).map(|k| 1.0 + 0.3 * x(k % 7)).collect();
+        let centroids: Vec<Vec3> = (0..count).map(|k| Vec3::new(x(k), (0.7 * x(k)).sin(), 0.0)).collect();
+        let normals: Vec<Vec3> = (0..count).map(|k| Vec3::new(0.2 * x(k % 3), 0.1, 1.0).normalize()).collect();
+        let guidance: Vec<Vec3> = (0..count).map(|k| Vec3::new(0.1, 0.2 * x(k % 5), 1.0).normalize()).collect();
+        let scales: Vec<f32> = (0..count).map(|k| 1.0 + 0.1 * x(k % 4)).collect();
+        let beside = (0..count as Index).flat_map(|k| {
+            [k.checked_sub(1), (k + 1 < count as Index).then_some(k + 1)].into_iter().flatten().map(move |w| (k, w))
+        });
+        let neighbours = Ragged::group(count, beside);
+        let [areas, scales] = [&areas[..], &scales[..]];
+        let (centroids, normals, guidance) = (&centroids[..], &normals[..], &guidance[..]);
+        let found = Level::above(&Fine { areas, centroids, normals, guidance, scales, neighbours: &neighbours }, 3.0);
+        assert!(found.areas.len() > 3 && found.areas.len() < count / 2, "{}", found.areas.len());
+        for c in 0..found.areas.len() {
+            let members: Vec<usize> = (0..count).filter(|&k| found.cluster_of[k] as usize == c).collect();
+            let area: f32 = members.iter().map(|&k| areas[k]).sum();
+            let mean = |of: &[Vec3]| members.iter().map(|&k| of[k] * areas[k]).sum::<Vec3>() / area;
+            assert!((found.areas[c] - area).abs() < 1e-4);
+            assert!(found.centroids[c].distance(mean(centroids)) < 1e-4);
+            assert!(found.normals[c].distance(mean(normals)) < 1e-5);
+            assert!(found.guidance[c].distance(mean(guidance).normalize()) < 1e-5);
+            let scale = members.iter().map(|&k| scales[k]).sum::<f32>() / members.len() as f32;
+            assert!((found.scales[c] - scale).abs() < 1e-5);
+            // Clusters of a row are beside those before and after them.
+            let near = |other: usize| {
+                members.iter().any(|&k| {
+                    found.cluster_of[k.saturating_sub(1)] as usize == other
+                        || found.cluster_of[(k + 1).min(count - 1)] as usize == other
+                })
+            };
+            let expected: Vec<Index> =
+                (0..found.areas.len()).filter(|&o| o != c && near(o)).map(|o| o as Index).collect();
+            assert_eq!(found.neighbours.get(c as Index), expected);
+        }
+    }
+}

@@ -65,6 +65,7 @@ fn plane(points: impl Iterator<Item = DVec3> + Clone) -> Option<(DVec3, DVec3, f
 mod tests {
     use super::*;
     use crate::mesh::shapes;
+    use crate::mesh::topology::Topology;
 
     #[test]
     fn a_spike_is_an_outlier_and_the_tip_of_a_cone_is_none() {
@@ -80,5 +81,30 @@ mod tests {
         assert!(found.len() == 1 && found[0].0 == middle && found[0].1.z == 0.0, "{found:?}");
         assert!(outliers(&lifted(&|r| (1.0 - 5.0 * r).max(0.0)), &edges).is_empty());
         assert!(outliers(&grid, &edges).is_empty());
+    }
+
+    #[test]
+    fn at_the_boundary_and_with_few_neighbours_nothing_is_an_outlier() {
+        let edges = |surface: &Surface| vec![1.0 / 12.0; surface.positions().len()];
+        let grid = shapes::grid(12);
+        let lifted = |surface: &Surface, v: usize| {
+            let mut positions = surface.positions().to_vec();
+            positions[v] += 0.4 * DVec3::Z;
+            surface.at(positions)
+        };
+        let found = |v: usize| !outliers(&lifted(&grid, v), &edges(&grid)).is_empty();
+        for (v, p) in grid.positions().iter().enumerate() {
+            let is_boundary = grid.topology().is_boundary(v as Index);
+            assert!(!(is_boundary && found(v)), "{p} is at the boundary");
+        }
+        // A vertex in the middle of one triangle has three neighbours.
+        let middle = grid.positions().len() as Index;
+        let mut faces: Vec<Vec<Index>> = grid.topology().faces().iter().map(<[Index]>::to_vec).collect();
+        let cut = faces.remove(faces.len() / 2);
+        faces.extend((0..3).map(|k| vec![cut[k], cut[(k + 1) % 3], middle]));
+        let mut positions = grid.positions().to_vec();
+        positions.push(cut.iter().map(|&v| positions[v as usize]).sum::<DVec3>() / 3.0);
+        let split = Surface::new(Topology::new(positions.len(), faces.into_iter().collect()), positions);
+        assert!(outliers(&lifted(&split, middle as usize), &edges(&split)).iter().all(|(v, _)| *v != middle));
     }
 }

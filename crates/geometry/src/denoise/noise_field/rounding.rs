@@ -57,4 +57,11 @@ mod tests {
         let [x, y, z] = steps(&rounded);
         assert!(x.is_none() && z.is_none() && (y.unwrap() - 0.03).abs() < 1e-9, "{y:?}");
     }
+
+    #[test]
+    fn coordinates_that_are_all_different_are_on_no_grid_however_even_they_are() {
+        let even: Vec<DVec3> = (0..100u8).map(|k| DVec3::splat(0.1 * f64::from(k))).collect();
+        assert_eq!(steps(&even), [None; 3]);
+        assert!(steps(&even.repeat(10)).iter().all(|step| step.is_some_and(|step| (step - 0.1).abs() < 1e-12)));
+    }
 }

@@ -312,3 +312,6 @@ fn with_context(own: &[Option<[f64; OWN]>], regions: &Regions) -> Vec<Option<[f6
     };
     own.iter().zip(&regions.component).map(join).collect()
 }
+
+#[cfg(test)]
+mod tests;

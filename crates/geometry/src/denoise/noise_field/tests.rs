@@ -78,12 +78,16 @@ fn no_offset_is_longer_than_five_deviations() {
 
 #[test]
 fn every_vertex_has_a_region_of_the_least_size_or_more() {
-    let ball = shapes::sphere(4);
-    let regions = Regions::of(ball.topology(), 0, RINGS, LEAST_REGION);
-    assert_eq!(regions.vertices.items().len(), ball.positions().len());
-    for (region, members) in regions.vertices.iter().enumerate() {
-        assert!(members.len() >= LEAST_REGION);
-        assert!(members.iter().all(|&v| regions.of_vertex[v as usize] as usize == region));
+    for surface in [shapes::sphere(4), shapes::bumpy_sheet(30)] {
+        // Few rings make many regions that are too small at first.
+        for (rings, start) in [(RINGS, 0), (2, 0), (2, 300), (1, 100)] {
+            let regions = Regions::of(surface.topology(), start, rings, LEAST_REGION);
+            assert_eq!(regions.vertices.items().len(), surface.positions().len());
+            for (region, members) in regions.vertices.iter().enumerate() {
+                assert!(members.len() >= LEAST_REGION, "{} vertices with {rings} rings", members.len());
+                assert!(members.iter().all(|&v| regions.of_vertex[v as usize] as usize == region));
+            }
+        }
     }
 }
 
@@ -154,4 +158,48 @@ fn a_vertex_without_faces_has_finite_noise_on_terraces() {
     let terraces = Surface::new(topology, positions);
     let found = NoiseField::terraces(&terraces, &Connectivity::of(&terraces), 0.0).unwrap();
     assert!(found.sigma().all(|sigma| sigma.is_finite() && sigma > 0.0));
+}
+
+#[test]
+fn a_field_that_is_the_same_everywhere_has_the_edge_of_the_mesh_at_every_triangle() {
+    let noise = NoiseField::uniform(3, 0.1, 0.7, 0.0);
+    assert!((noise.edge_of(&[0, 1, 2]) - 0.7).abs() < 1e-15 && (noise.mean_edge() - 0.7).abs() < 1e-15);
+    let uneven = NoiseField { edge: vec![1.0, 2.0, 6.0], ..noise };
+    assert!((uneven.edge_of(&[0, 1, 2]) - 3.0).abs() < 1e-15);
+}
+
+#[test]
+fn terraces_are_alike_between_neighbours_where_these_are_on_one_step() {
+    let grid = shapes::grid(40);
+    let found = |share: f64| {
+        // Neighbours are apart by this share of a step, in both directions.
+        let step = 0.01;
+        let round = |z: f64| (z / step).round() * step;
+        let slope = |p: &DVec3| DVec3::new(p.x, p.y, round(40.0 * share * step * (p.x + 0.618 * p.y)));
+        let terraces = grid.at(grid.positions().iter().map(slope).collect());
+        NoiseField::terraces(&terraces, &Connectivity::of(&terraces), 0.0).unwrap().correlation
+    };
+    // The correlation 1 − 6 t (1 − t) falls from 0.7 at a twentieth of a step to −½ at a half.
+    let [wide, narrow, single] = [0.03, 0.12, 0.5].map(found);
+    assert!(wide > narrow && narrow > 0 && single == 0, "{wide} {narrow} {single}");
+}
+
+#[test]
+fn samples_of_a_surface_that_was_lifted_everywhere_alike_are_wholly_correlated() {
+    for scale in [0.01, 1.0, 100.0] {
+        let clean = shapes::sphere(4);
+        let clean = clean.at(clean.positions().iter().map(|p| scale * *p).collect());
+        let height = 0.3 * clean.mean_edge();
+        let normals = Connectivity::of(&clean).vertex_normals(clean.positions());
+        let lifted = clean.at(clean.positions().iter().zip(normals).map(|(p, n)| *p + height * n).collect());
+        let found = samples(&clean, &lifted, &Silent).unwrap();
+        assert!(!found.is_empty());
+        for sample in found {
+            assert!((sample.correlation - 1.0).abs() < 1e-9, "{}", sample.correlation);
+            // Edges of a sphere from an icosahedron differ by a tenth.
+            assert!((sample.sigma / 0.3 - 1.0).abs() < 0.15, "{}", sample.sigma);
+        }
+        let still = samples(&clean, &clean, &Silent).unwrap();
+        assert!(still.iter().all(|sample| sample.sigma == 0.0 && sample.correlation == 0.0));
+    }
 }

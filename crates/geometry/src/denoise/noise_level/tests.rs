@@ -153,3 +153,16 @@ fn skewness_is_that_of_the_deciles() {
     // So few values tell nothing.
     assert_eq!(quantile_skewness((0..1999).map(|k| ramp(k).powi(2)).collect()), 0.0);
 }
+
+#[test]
+fn heights_to_one_side_agree_on_every_edge_of_the_band_and_on_no_other() {
+    // The vertices near the boundary are in no band, and their edges say nothing.
+    let grid = shapes::grid(12);
+    let band = FinestBand::of(&Connectivity::of(&grid));
+    assert!(!band.vertices.is_empty() && band.vertices.len() < grid.positions().len());
+    for side in [1.0, -1.0] {
+        assert_eq!(band.sign_agreement(&grid, &vec![side * 0.3; band.vertices.len()]), 1.0);
+    }
+    let alone: Vec<f64> = (0..band.vertices.len()).map(|k| f64::from(u8::from(k == 0))).collect();
+    assert_eq!(band.sign_agreement(&grid, &alone), 0.0);
+}

@@ -1,6 +1,7 @@
 //! Laws for meshes that are not as they should be, and for work that is stopped.
 
 use super::*;
+use std::sync::Mutex;
 
 #[test]
 fn an_isolated_vertex_stays() {
@@ -49,4 +50,25 @@ fn work_can_be_stopped() {
     for denoiser in every() {
         assert_eq!(denoiser.deltas(&shapes::sphere(1), &Impatient), Err(Cancelled));
     }
+}
+
+#[test]
+fn progress_is_a_fraction_of_each_stage_that_ends_at_one_at_most() {
+    #[derive(Default)]
+    struct Reports(Mutex<Vec<f64>>);
+    impl Progress for Reports {
+        fn done(&self, fraction: f64) {
+            self.0.lock().unwrap().push(fraction);
+        }
+    }
+    let surface = displaced(&shapes::sphere(2), &white_noise(&shapes::sphere(2), 0.2, 1));
+    let mut count = 0;
+    for denoiser in every() {
+        let reports = Reports::default();
+        denoiser.deltas(&surface, &reports).unwrap();
+        let reports = reports.0.into_inner().unwrap();
+        count += reports.len();
+        assert!(reports.iter().all(|x| (0.0..=1.0).contains(x)), "{denoiser:?}: {reports:?}");
+    }
+    assert!(count > 0);
 }

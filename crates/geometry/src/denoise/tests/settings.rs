@@ -28,3 +28,27 @@ fn names_are_those_of_the_json_and_every_method_is_in_the_battery() {
         assert!(denoiser.paper().is_none_or(|paper| paper.name() == denoiser.name()));
     }
 }
+
+#[test]
+fn a_method_with_a_setting_for_the_motion_has_that_motion() {
+    for denoiser in every() {
+        let settings = serde_json::to_value(&denoiser).unwrap();
+        let of_method = settings.get("motion").or_else(|| settings.get("vertex_update")?.get("motion"));
+        let found = denoiser.motion().map(|motion| serde_json::to_value(motion).unwrap());
+        assert_eq!(found.as_ref(), of_method, "{denoiser:?}");
+        let freed = denoiser.freed();
+        assert!(freed.motion().is_none_or(|motion| motion == Motion::Free) && freed.name() == denoiser.name());
+    }
+}
+
+#[test]
+fn every_method_says_what_it_does_in_a_line_of_its_own() {
+    let mut said: Vec<&str> = Denoiser::every().iter().map(Denoiser::summary).collect();
+    assert!(
+        said.iter().all(|line| line.split(' ').count() > 4 && !line.contains('\n') && !line.ends_with('.')),
+        "{said:?}"
+    );
+    said.sort_unstable();
+    said.dedup();
+    assert_eq!(said.len(), Denoiser::every().len());
+}

@@ -101,3 +101,35 @@ impl System<'_> {
         self.closeness + sum_of_squares
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::denoise::face_geometry::FaceGeometry;
+    use crate::mesh::shapes;
+
+    #[test]
+    fn the_preconditioner_is_the_diagonal_of_the_matrix() {
+        let surface = shapes::dented_sphere(1);
+        let (mesh, p) = (TriangleMesh::of(&surface), surface.positions());
+        let normals = FaceGeometry::of(&mesh, p).normals;
+        let directions: Vec<DVec3> = p.iter().map(|p| (*p + 0.3 * DVec3::X).normalize()).collect();
+        for directions in [None, Some(&directions[..])] {
+            let fixed = vec![false; p.len()];
+            let system = System { mesh: &mesh, normals: &normals, fixed: &fixed, directions, closeness: 0.7 };
+            for v in 0..p.len() {
+                // The force is linear in the positions, and falls by the diagonal entry for each unit of motion.
+                let entry = |axis: DVec3| {
+                    let mut moved = p.to_vec();
+                    moved[v] += axis;
+                    (system.pull(v, p, p[v]) - system.pull(v, &moved, p[v])).dot(axis)
+                };
+                let expected = match directions {
+                    None => DVec3::AXES.map(entry).iter().sum::<f64>() / 3.0,
+                    Some(directions) => entry(directions[v]),
+                };
+                assert!((system.stiffness(v) - expected).abs() < 1e-12, "{v}: {expected}");
+            }
+        }
+    }
+}

@@ -181,3 +181,29 @@ impl Writer<'_> {
         self.number(x.z);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_axes_of_a_frame_are_those_of_the_normals_around_the_face() {
+        for (k, first) in
+            [Vec3::X, Vec3::Z, Vec3::new(0.6, -0.48, 0.64), Vec3::new(-0.1, 0.7, 0.7)].into_iter().enumerate()
+        {
+            let first = first.normalize();
+            let spread = [Vec3::new(0.9, 0.1, 0.4), Vec3::new(0.2, -0.8, 0.3), Vec3::new(0.5, 0.1 * k as f32, -0.6)];
+            let tensor = spread.iter().fold(Mat3::ZERO, |sum, n| sum + Mat3::from_cols(*n * n.x, *n * n.y, *n * n.z));
+            let (wide, narrow) = (Vec3::new(0.3, 0.9, -0.2), Vec3::new(-0.8, 0.1, 0.4));
+            let frame = frame(first, tensor, wide, narrow);
+            let gap = frame.transpose() * frame - Mat3::IDENTITY;
+            assert!(gap.to_cols_array().iter().all(|x| x.abs() < 1e-5), "{frame}");
+            assert_eq!(frame.x_axis, first);
+            // Across the normal, the second axis is that of most variance and the third that of least.
+            let [second, third] = [frame.y_axis, frame.z_axis];
+            assert!(second.dot(tensor * third).abs() < 1e-5, "{frame}");
+            assert!(second.dot(tensor * second) > third.dot(tensor * third), "{frame}");
+            assert!(second.dot(wide) >= 0.0 && third.dot(narrow) >= 0.0, "{frame}");
+        }
+    }
+}
