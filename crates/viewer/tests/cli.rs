@@ -224,16 +224,39 @@ fn a_report_is_one_page_with_pictures_before_and_after() {
     let plain = page("");
     assert!(plain.contains("<h1>a&amp;b.obj</h1>") && plain.contains("planish bake &#39;a&amp;b.obj&#39;"), "{plain}");
     let pictures: Vec<&str> = plain.split("data:image/png;base64,").skip(1).collect();
-    assert_eq!(pictures.len(), 3, "before, after and heights");
+    assert_eq!(pictures.len(), 4, "before, after, heights and noise");
+    assert!(plain.contains("Where the noise is"));
     assert_ne!(pictures[0].split('"').next(), pictures[1].split('"').next(), "the noise is gone");
     let compared = page("--clean flat.obj");
-    assert_eq!(compared.matches("data:image/png").count(), 5, "the error before and after as well");
+    assert_eq!(compared.matches("data:image/png").count(), 6, "the error before and after as well");
     assert!(compared.contains("Mean distance from the clean mesh, before") && compared.contains("flat.obj"));
     assert_eq!(page(""), plain, "the same input gives the same bytes");
     fs::remove_file(folder.path("out.html")).unwrap();
     folder.fails("none.obj --report out.html", 2, "none.obj");
     folder.fails("a&b.obj --report a&b.obj", 2, "is an input");
     assert!(!folder.path("out.html").exists());
+}
+
+#[test]
+fn before_and_after_are_in_one_picture_and_lambda_moves_in_an_animation() {
+    let folder = Folder::new();
+    fs::write(folder.path("a.obj"), noisy_sheet(0.5)).unwrap();
+    let picture = |name: &str, options: &str| {
+        let output = folder.run(&format!("a.obj --headless {name} --size 60x50 --backend software {options}"));
+        assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
+        image::open(folder.path(name)).unwrap().into_rgba8()
+    };
+    let [noisy, denoised, both] =
+        [("0.png", "--lambda 0"), ("1.png", ""), ("both.png", "--before-after")].map(|(name, o)| picture(name, o));
+    assert_ne!(noisy, denoised);
+    for (x, y, pixel) in both.enumerate_pixels().filter(|(x, ..)| x.abs_diff(30) > 1) {
+        assert_eq!(pixel, if x < 30 { noisy.get_pixel(x, y) } else { denoised.get_pixel(x, y) }, "{x}, {y}");
+    }
+    assert_eq!(picture("moving.png", "--animate"), noisy, "where nothing moves, the first picture is shown");
+    let bytes = fs::read(folder.path("moving.png")).unwrap();
+    assert!(bytes.windows(4).any(|chunk| chunk == b"acTL"));
+    folder.fails("a.obj --animate", 2, "--headless");
+    folder.fails("a.obj --headless a.png --animate --before-after", 2, "cannot be used with");
 }
 
 #[test]

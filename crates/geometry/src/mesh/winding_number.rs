@@ -4,6 +4,15 @@
 //! Alec Jacobson, Ladislav Kavan, Olga Sorkine-Hornung. Robust inside-outside segmentation using generalized winding numbers. TOG 32(4),
 //! 2013. Gavin Barill, Neil G. Dickson, Ryan Schmidt, David I. W. Levin, Alec Jacobson. Fast winding numbers for soups and clouds.
 //! TOG 37(4), 2018.
+//!
+//! ```
+//! use glam::DVec3;
+//! use planish_geometry::mesh::{shapes, winding_number::WindingNumber};
+//!
+//! let cube = WindingNumber::new(&shapes::cube());
+//! assert!((cube.at(DVec3::splat(0.5)) - 1.0).abs() < 1e-9);
+//! assert!(cube.at(DVec3::new(0.5, 0.5, 3.0)).abs() < 0.01);
+//! ```
 
 use crate::mesh::surface::Surface;
 use glam::DVec3;
