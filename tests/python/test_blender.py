@@ -1,7 +1,9 @@
-"""Blender: its Displace modifier and the shape key of the .glb put every vertex where `planish apply` does."""
+"""Blender: its Displace modifier and the shape key of the .glb put every vertex where `planish apply` does, and it bakes the same ambient
+occlusion."""
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from baked import DUCK, SPOT
 from clients import SCRIPTS, execute, figures, program, snippet
@@ -71,3 +73,23 @@ def test_shape_key(mesh, baked, tmp_path):
     figures(f"blender-morph-{mesh.stem}", all=error)
     # The offset is rounded to single precision, and so is the sum.
     assert error.max() <= 2e-6 + case.ulp / case.range
+
+
+def test_ambient_occlusion(baked, tmp_path):
+    """Blender lights faces, planish blends normals across gentle edges, and both cast rays at random: the same within a few grey levels."""
+    size = 256
+    case = baked(DUCK, "uvs", "--method", "taubin", "--ao", "--ao-rays", "512", "--size", str(size))
+    image = Image.open(case.folder / case.manifest["occlusion"]["file"]).convert("L")
+    ours = np.asarray(image, dtype=float) / 255
+    blender = program("blender")
+    out = tmp_path / "ao.f32"
+    script = [blender, "-b", "--factory-startup", "--python", SCRIPTS / "blender_ao.py", "--"]
+    execute([*script, case.folder / "applied.obj", str(size), "512", out])
+    theirs, covered = np.moveaxis(np.fromfile(out, dtype="<f4").reshape(size, size, 2).astype(float), 2, 0)
+    assert ours.shape == theirs.shape and covered.mean() > 0.4
+    off = (ours - theirs)[covered == 1]
+    figures("blender-ao", all=np.abs(off), mean=np.abs(off.mean())[None])
+    assert theirs[covered == 1].std() > 0.05, "there is something to see"
+    assert abs(off.mean()) < 0.005
+    assert np.abs(off).mean() < 0.02
+    assert np.quantile(np.abs(off), 0.99) < 0.1
