@@ -124,7 +124,7 @@ fn picture(args: &Args, output: &Path, settings: Settings) -> Result<(), Failure
 
 /// Draws pictures of one scene, on a GPU or on the processor.
 enum Drawer<'a> {
-    Gpu(Painter<'a>),
+    Gpu(Box<Painter<'a>>),
     Software(&'a Scene),
 }
 
@@ -144,7 +144,7 @@ impl<'a> Drawer<'a> {
                 terminal.warn(&e.to_string());
                 Ok(Self::Software(scene))
             }
-            painter => Ok(Self::Gpu(painter.map_err(Failure::internal)?)),
+            painter => Ok(Self::Gpu(Box::new(painter.map_err(Failure::internal)?))),
         }
     }
 

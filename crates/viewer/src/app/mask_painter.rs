@@ -299,7 +299,7 @@ impl App {
         let file = self.painter.file.take().filter(|_| is_same_file);
         let has_brush = self.painter.has_brush;
         self.preparing.drop_running();
-        self.painter = MaskPainter { file, has_brush, ..MaskPainter::default() };
+        self.painter = MaskPainter { has_brush, file, ..MaskPainter::default() };
     }
 }
 
