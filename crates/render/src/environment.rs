@@ -6,16 +6,18 @@
 pub mod cube;
 pub mod equirect;
 mod gradient_noise;
-pub mod harmonics;
-pub mod prefilter;
+mod harmonics;
+mod prefilter;
 pub(crate) mod sample;
-pub mod scenes;
+mod scenes;
 mod sky;
 mod terrain;
 
+pub use harmonics::Irradiance;
+pub use scenes::Sun;
+
+use crate::settings::environment::Scene;
 use cube::CubeMap;
-use harmonics::Irradiance;
-use scenes::{Scene, Sun};
 
 /// The largest number that a half float holds: no radiance is stored that exceeds it.
 pub const MAX_RADIANCE: f32 = 65_504.0;

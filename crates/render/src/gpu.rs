@@ -3,7 +3,7 @@
 pub mod painter;
 mod render_mesh;
 pub mod renderer;
-pub mod shaders;
+mod shaders;
 mod types;
 
 use serde::{Deserialize, Serialize};

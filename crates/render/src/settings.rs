@@ -4,13 +4,13 @@
 //! Settings are plain data, stored as JSON; the modules beside this one turn them into pictures.
 
 pub mod camera;
-pub mod displace;
+mod displace;
 pub mod environment;
 pub mod ground;
 pub mod lights;
 mod rules;
 pub mod shadow;
-pub mod surface;
+mod surface;
 pub mod volume;
 
 pub use displace::{Displace, Normals};
