@@ -1,4 +1,29 @@
 //! Bakes a mesh on disk into the files of its displacement map.
+//!
+//! ```
+//! use planish_files::bake_files::{self, Job};
+//! use planish_files::input::{self, Trust};
+//! use planish_files::output::Folder;
+//! use planish_geometry::bake::BakeSettings;
+//! use planish_geometry::denoise::Denoiser;
+//! use planish_geometry::mesh::weld::Welding;
+//! use planish_geometry::progress::Silent;
+//!
+//! # let disk = tempfile::tempdir()?;
+//! # let input = disk.path().join("tent.obj");
+//! # std::fs::write(&input, "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 1 1 1\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n")?;
+//! let model = input::model(&input, Welding::Exact, Trust::Folder, &Silent)?;
+//! let folder = bake_files::folder_beside(&input)?;
+//! let job = Job { input: &input, model: &model, folder: &folder, protected: &[], trust: Trust::Folder };
+//! let target = job.method(Denoiser::named("laplacian").unwrap().into())?;
+//! let baked = job.run(&BakeSettings { target, ..BakeSettings::default() }, &Silent)?;
+//! let written = baked.write(Folder::open(&folder)?)?;
+//!
+//! // The manifest comes last, and leads back to the mesh.
+//! assert_eq!(written.last(), Some(&folder.join("tent.planish.json")));
+//! assert_eq!(input::manifest(&folder.join("tent.planish.json"))?.source.file, "../tent.obj");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #[cfg(not(target_family = "wasm"))]
 mod write;

@@ -1,4 +1,23 @@
 //! What a bake tells about its result, in words.
+//!
+//! ```
+//! use planish_files::{bake_files, bake_report};
+//! use planish_geometry::bake::BakeSettings;
+//! use planish_geometry::denoise::Denoiser;
+//! use planish_geometry::mesh::weld::Welding;
+//! use planish_geometry::progress::Silent;
+//! use planish_geometry::source::{model::Model, obj::Obj};
+//!
+//! let text = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 1 1 1\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
+//! let model = Model::new(Obj::parse(text.into())?, Welding::Exact);
+//! let settings = BakeSettings { target: Denoiser::named("laplacian").unwrap().into(), ..BakeSettings::default() };
+//! let baked = bake_files::bake_arrays(&model, "tent", &settings, &Silent)?;
+//! let report = bake_report::text("tent.obj", &baked.bundle, &["out/tent.planish.json".to_owned()]);
+//! assert!(report.starts_with("source    tent.obj: 5 vertices, 4 faces\n"), "{report}");
+//! assert!(report.contains("\nerror     max "), "{report}");
+//! assert!(report.ends_with("\nwrote     out/tent.planish.json\n"), "{report}");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use crate::text::{self, count, measure, one_line};
 use planish_geometry::bake::Bundle;

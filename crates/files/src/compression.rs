@@ -1,4 +1,21 @@
 //! Compressed files: meshes are read from gzip and xz, and written as gzip.
+//!
+//! ```
+//! use planish_files::compression::{self, CompressionError};
+//! use std::path::Path;
+//!
+//! let text = b"v 0 0 0\n".repeat(1000);
+//! let compressed = compression::compressed(&text);
+//! assert!(compressed.len() < text.len() / 10);
+//! assert_eq!(compression::decompressed_to(&compressed, 7999), Err(CompressionError::TooLarge));
+//! assert_eq!(compression::decompressed(compressed)?, text);
+//!
+//! // The name says how a file is written, and the content how it is read.
+//! assert!(compression::is_compressed_name(Path::new("scan.obj.gz")));
+//! assert_eq!(compression::uncompressed_name(Path::new("scan.obj.gz")), Path::new("scan.obj"));
+//! assert_eq!(compression::decompressed(text.clone())?, text);
+//! # Ok::<(), CompressionError>(())
+//! ```
 
 use flate2::read::MultiGzDecoder;
 use flate2::{Compression, GzBuilder};

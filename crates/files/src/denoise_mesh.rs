@@ -1,4 +1,26 @@
 //! Denoises a welded mesh, with the report that every program gives of it.
+//!
+//! ```
+//! use planish_files::denoise_mesh::{self, DenoiseError, WeldedMesh};
+//! use planish_geometry::denoise::{Denoiser, Denoising, limits::Limits};
+//! use planish_geometry::mesh::{shapes, weld::{Weld, Welding}};
+//! use planish_geometry::progress::Silent;
+//!
+//! let surface = shapes::dented_sphere(2);
+//! let weld = Weld::new(surface.positions(), Welding::None);
+//! let mesh = WeldedMesh { surface: &surface, weld: &weld, faces: surface.topology().faces().len() };
+//! let limits = Limits { max_displacement: Some(0.01), ..Limits::default() };
+//! let method = Denoising { denoiser: Denoiser::named("laplacian").unwrap(), limits };
+//! let denoised = denoise_mesh::denoise(mesh, method, &Silent)?;
+//!
+//! // The limit is in mean edge lengths, and the report in model units.
+//! let report = &denoised.report;
+//! assert!((report.max_displacement / report.mean_edge - 0.01).abs() < 1e-9);
+//! assert!(report.limits.as_ref().is_some_and(|limits| limits.stopped_vertices > 0));
+//! let noisy = denoised.positions.iter().zip(&denoised.deltas).map(|(p, delta)| p + delta);
+//! assert!(noisy.zip(surface.positions()).all(|(p, noisy)| p.distance(*noisy) < 1e-12));
+//! # Ok::<(), DenoiseError>(())
+//! ```
 
 use crate::failure::Failure;
 use crate::input;

@@ -1,5 +1,19 @@
 //! The files that other modules read: those of the disk or, in a browser, which has no disk, those that the page has put into
 //! memory. Names, folders and messages are alike, so what is baked from either is the same.
+//!
+//! ```
+//! use planish_files::disk;
+//!
+//! let folder = tempfile::tempdir()?;
+//! let at = |name: &str| folder.path().join(name);
+//! std::fs::write(at("scan.obj"), "v 0 0 0\n")?;
+//! std::fs::write(at("copy.obj"), "v 0 0 0\n")?;
+//! assert!(disk::same_file(&at("scan.obj"), &at("./scan.obj")));
+//! assert!(!disk::same_file(&at("scan.obj"), &at("copy.obj")));
+//! // Nothing is at risk where there is no file yet.
+//! assert!(!disk::same_file(&at("new.obj"), &at("new.obj")));
+//! # Ok::<(), std::io::Error>(())
+//! ```
 
 #[cfg(any(test, target_family = "wasm"))]
 mod memory;

@@ -1,4 +1,28 @@
 //! The error of everything that reads, bakes or writes files.
+//!
+//! ```
+//! use planish_files::failure::Failure;
+//! use planish_geometry::denoise::Denoiser;
+//! use planish_geometry::mesh::shapes;
+//! use planish_geometry::progress::Progress;
+//! use std::path::Path;
+//!
+//! /// A user who does not wait.
+//! struct Impatient;
+//! impl Progress for Impatient {
+//!     fn cancelled(&self) -> bool {
+//!         true
+//!     }
+//! }
+//!
+//! fn vertices(progress: &dyn Progress) -> Result<usize, Failure> {
+//!     Ok(Denoiser::named("laplacian").unwrap().denoised(&shapes::cube(), progress)?.len())
+//! }
+//! assert_eq!(vertices(&Impatient), Err(Failure::Interrupted));
+//!
+//! let failure = Failure::at(Path::new("scan.obj"), "has no faces");
+//! assert_eq!((failure.to_string().as_str(), failure.status()), ("scan.obj: has no faces", 2));
+//! ```
 
 use crate::text::shown;
 use planish_geometry::denoise::limits::LimitsError;

@@ -1,4 +1,22 @@
 //! Inspection of a mesh file: its content and its defects.
+//!
+//! ```
+//! use planish_files::info;
+//! use planish_files::input::Trust;
+//! use planish_geometry::mesh::weld::Welding;
+//! use planish_geometry::progress::Silent;
+//! use planish_geometry::source::{model::Model, obj::Obj};
+//! use std::path::Path;
+//!
+//! // A tent without a floor, and with a vertex that no face uses.
+//! let text = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 1 1 1\nv 9 9 9\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
+//! let model = Model::new(Obj::parse(text.into())?, Welding::Exact);
+//! let info = info::inspect(Path::new("tent.obj"), &model, Trust::Folder, &Silent)?;
+//! assert_eq!((info.vertices, info.edges, info.components, info.volume), (6, 8, 1, None));
+//! assert_eq!(info.defects.boundary_edges, 4);
+//! assert_eq!(info.notes[0], "1 vertex is used by no face");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use crate::disk;
 use crate::failure::Failure;

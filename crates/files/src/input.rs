@@ -1,4 +1,23 @@
 //! Reads files, with errors that name them.
+//!
+//! ```
+//! use planish_files::compression;
+//! use planish_files::input::{self, Trust};
+//! use planish_geometry::mesh::weld::Welding;
+//! use planish_geometry::progress::Silent;
+//!
+//! let folder = tempfile::tempdir()?;
+//! let at = |name: &str| folder.path().join(name);
+//! std::fs::write(at("square.obj.gz"), compression::compressed(b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"))?;
+//! let model = input::model(&at("square.obj.gz"), Welding::Exact, Trust::Folder, &Silent)?;
+//! assert_eq!(model.surface().area(), 1.0);
+//!
+//! // Errors say where in which file.
+//! std::fs::write(at("broken.obj"), "v 0 0 0\nv 1 nothing 0\n")?;
+//! let failure = input::source(&at("broken.obj"), Trust::Folder).unwrap_err();
+//! assert!(failure.to_string().contains("broken.obj: line 2: "), "{failure}");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use crate::compression;
 use crate::disk::{self, Entry};

@@ -1,4 +1,32 @@
 //! The files of a displacement map that was baked before.
+//!
+//! ```
+//! use planish_files::{bake_files, input::Trust, map_files::MapFiles, output::Folder};
+//! use planish_geometry::bake::BakeSettings;
+//! use planish_geometry::denoise::Denoiser;
+//! use planish_geometry::mesh::weld::Welding;
+//! use planish_geometry::progress::Silent;
+//! use planish_geometry::source::{model::Model, obj::Obj};
+//!
+//! # let folder = tempfile::tempdir()?;
+//! # let text = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 1 1 1\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
+//! # let model = Model::new(Obj::parse(text.into())?, Welding::Exact);
+//! # let settings = BakeSettings { target: Denoiser::named("laplacian").unwrap().into(), ..BakeSettings::default() };
+//! bake_files::bake_arrays(&model, "tent", &settings, &Silent)?.write(Folder::open(folder.path())?)?;
+//!
+//! let map = MapFiles::read(&folder.path().join("tent.planish.json"), Trust::Folder)?;
+//! map.check_all()?;
+//! let mesh = map.source_mesh(None)?;
+//! // The last vertex is the top of a tent: 1 with the noise, and lower as λ grows.
+//! let top = |lambda| map.displaced(&mesh, &map.source(), lambda).map(|positions| positions[4].z);
+//! assert!((top(0.0)? - 1.0).abs() < 1e-6);
+//! assert!(top(0.5)? < 0.9 && top(1.0)? < top(0.5)? - 0.1);
+//!
+//! // A file of another bake is refused.
+//! std::fs::write(map.carrier(), "v 0 0 0\n")?;
+//! assert!(map.check_all().unwrap_err().to_string().contains("is not the file that"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use crate::failure::Failure;
 use crate::input::{self, LARGEST_MESH, LARGEST_PICTURE, NamedFile, Trust};

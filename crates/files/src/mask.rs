@@ -1,4 +1,21 @@
 //! Masks as users name them: a channel of the colours, a picture, a list of weights, groups or materials.
+//!
+//! ```
+//! use planish_files::mask::MaskOption;
+//! use planish_geometry::denoise::limits::Weights;
+//! use planish_geometry::source::{Source, obj::Obj};
+//! use std::path::Path;
+//!
+//! // The first vertex is red, and the others are black.
+//! let mesh = Source::from(Obj::parse(b"v 0 0 0 1 0 0\nv 1 0 0 0 0 0\nv 0 1 0 0 0 0\nf 1 2 3\n".to_vec())?);
+//! let mask: MaskOption = "not:colour:red".parse()?;
+//! assert_eq!(mask.weights(&mesh, Path::new("scan.obj"))?.weights, Weights::new(&[0.0, 1.0, 1.0]));
+//!
+//! let foreign: MaskOption = "material:hair".parse()?;
+//! let failure = foreign.weights(&mesh, Path::new("scan.obj")).unwrap_err();
+//! assert_eq!(failure.to_string(), "scan.obj: has no faces of a material `hair`; it has none");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use crate::failure::Failure;
 use crate::input;

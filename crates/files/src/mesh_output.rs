@@ -1,4 +1,20 @@
 //! Meshes written to files, in the format that the name of the file asks for.
+//!
+//! ```
+//! use planish_files::mesh_output;
+//! use planish_geometry::source::{Source, obj::Obj};
+//! use std::path::Path;
+//!
+//! // A triangle with texture coordinates, which STL files do not have.
+//! let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n";
+//! let mesh = Source::from(Obj::parse(text.into())?);
+//! let [input, output] = ["triangle.obj", "triangle.stl"].map(Path::new);
+//! let written = mesh_output::write(output, &mesh, mesh.data().positions(), None)?;
+//! assert_eq!(written.bytes.len(), 84 + 50, "a head and one triangle");
+//! let warnings = mesh_output::warnings(output, input, &mesh, &written, 1.0);
+//! assert!(warnings[0].starts_with("triangle.stl: STL has no place for what the source has: "), "{warnings:?}");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use crate::compression;
 use crate::disk;

@@ -1,4 +1,20 @@
 //! Prepares a method for running; every program calls this before it runs one.
+//!
+//! ```
+//! use planish_files::method;
+//! use planish_geometry::denoise::{Denoiser, Laplacian, Learned};
+//! use std::path::Path;
+//!
+//! let mesh = Path::new("scan.obj");
+//! let usual = Denoiser::Laplacian(Laplacian::default());
+//! assert_eq!(method::prepare(usual.clone(), mesh), Ok(usual));
+//!
+//! let wrong = method::prepare(Denoiser::Laplacian(Laplacian { step: f64::NAN, ..Laplacian::default() }), mesh);
+//! assert!(wrong.unwrap_err().to_string().starts_with("scan.obj: "));
+//! let network = Some("missing.weights".to_owned());
+//! let without = method::prepare(Denoiser::Learned(Learned { network, ..Learned::default() }), mesh);
+//! assert!(without.unwrap_err().to_string().starts_with("missing.weights: "));
+//! ```
 
 use crate::failure::Failure;
 use crate::input::{self, LARGEST_WEIGHTS, NamedFile, Trust};

@@ -1,4 +1,15 @@
 //! The methods and the tables of their parameters as JSON.
+//!
+//! ```
+//! use planish_files::method_list;
+//! use planish_geometry::denoise::Denoiser;
+//!
+//! let list = method_list::json(&Denoiser::every());
+//! let laplacian = list.as_array().unwrap().iter().find(|method| method["name"] == "laplacian").unwrap();
+//! let parameters = laplacian["parameters"].as_array().unwrap();
+//! let step = parameters.iter().find(|parameter| parameter["name"] == "step").unwrap();
+//! assert_eq!((step["kind"].as_str(), step["default"].as_f64()), (Some("number"), Some(0.5)));
+//! ```
 
 use planish_geometry::denoise::{Denoiser, Parameter, Values};
 use serde_json::{Value, json};

@@ -1,5 +1,21 @@
 //! Finds the libraries and textures that a mesh names: where it says, or else beside it, because the names come from another
 //! machine, with folders that are not here or in another case.
+//!
+//! ```
+//! use planish_files::input::Trust;
+//! use planish_files::named_path;
+//!
+//! let folder = tempfile::tempdir()?;
+//! std::fs::write(folder.path().join("oak.png"), "a picture")?;
+//! let oak = named_path::find(folder.path(), r"D:\textures\oak.png", Trust::Folder);
+//! assert_eq!(oak.path, folder.path().join("oak.png"));
+//! assert!(oak.note.is_some_and(|note| note.ends_with(": oak.png beside the mesh is used")));
+//!
+//! // There is nothing like it.
+//! let ash = named_path::find(folder.path(), "textures/ash.png", Trust::Folder);
+//! assert_eq!((ash.path, ash.note), (folder.path().join("textures/ash.png"), None));
+//! # Ok::<(), std::io::Error>(())
+//! ```
 
 use crate::disk;
 use crate::input::{NamedFile, Trust};

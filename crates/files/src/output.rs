@@ -1,4 +1,20 @@
 //! Writes files whole or not at all: under a temporary name in the same folder first, then renamed.
+//!
+//! ```
+//! use planish_files::output::Output;
+//!
+//! let folder = tempfile::tempdir()?;
+//! let path = folder.path().join("results/denoised.obj");
+//! // The output is checked before the work begins. If the work fails, nothing is left behind.
+//! drop(Output::open(&path, &[])?);
+//! assert!(!path.parent().unwrap().exists());
+//!
+//! Output::open(&path, &[])?.write(b"v 0 0 0\n")?;
+//! assert_eq!(std::fs::read(&path)?, b"v 0 0 0\n");
+//! let failure = Output::open(&path, &[&path]).unwrap_err();
+//! assert!(failure.to_string().ends_with("is an input; name another output, so that nothing is lost"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod lock;
 mod place;

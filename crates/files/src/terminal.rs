@@ -1,5 +1,24 @@
 //! The terminal that a program runs in: a progress bar, warnings and errors on standard error, results on standard output,
 //! and Ctrl-C.
+//!
+//! ```
+//! use planish_files::failure::Failure;
+//! use planish_files::terminal::{self, Bar, Terminal};
+//! use planish_geometry::denoise::Denoiser;
+//! use planish_geometry::mesh::shapes;
+//!
+//! // Ctrl-C cancels what reports its progress to the terminal.
+//! let terminal = Terminal::new(Bar::Shown);
+//! let method = Denoiser::named("laplacian").unwrap();
+//! let denoised = terminal::with_threads(|| method.denoised(&shapes::gridded_box(4), &terminal));
+//! terminal.clear();
+//! let outcome = match denoised {
+//!     Ok(positions) => terminal::print_text(&format!("{} vertices\n", positions.len())),
+//!     Err(cancelled) => Err(Failure::from(cancelled)),
+//! };
+//! // The exit code of the program.
+//! assert_eq!(terminal::status(outcome), 0);
+//! ```
 
 use crate::cleanup;
 use crate::failure::Failure;

@@ -1,4 +1,15 @@
 //! Numbers and reports as text for people.
+//!
+//! ```
+//! use planish_files::text;
+//! use std::path::Path;
+//!
+//! assert_eq!(text::count(1, "vertex", "vertices"), "1 vertex");
+//! assert_eq!(text::count(12, "vertex", "vertices"), "12 vertices");
+//! assert_eq!(text::measure(1234.5678), "1234.57");
+//! // A name cannot begin a new line.
+//! assert_eq!(text::shown(Path::new("scan\nerror: 7.obj")), r"scan\nerror: 7.obj");
+//! ```
 
 use planish_geometry::denoise::NormalField;
 use planish_geometry::denoise::limits::Outcome;

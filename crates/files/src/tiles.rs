@@ -11,6 +11,38 @@
 //!
 //! The vertices and faces of a part keep their order, so that sums over neighbours have the same order as in the whole mesh. With a halo as
 //! wide as a method [reaches](reach::rings), its results in the tile are those of the whole mesh, bit for bit.
+//!
+//! ```
+//! use planish_files::tiles::{self, Cut, Job, reach};
+//! use planish_geometry::denoise::{Denoiser, Denoising};
+//! use planish_geometry::mesh::{shapes, weld::Welding};
+//! use planish_geometry::progress::Silent;
+//!
+//! let folder = tempfile::tempdir()?;
+//! let (mesh, denoised) = (folder.path().join("mesh.obj"), folder.path().join("denoised.obj"));
+//! let surface = shapes::dented_sphere(4);
+//! # let vertices = surface.positions().iter().map(|p| format!("v {} {} {}\n", p.x, p.y, p.z));
+//! # let faces = surface.topology().faces().iter().map(|f| format!("f {} {} {}\n", f[0] + 1, f[1] + 1, f[2] + 1));
+//! # std::fs::write(&mesh, vertices.chain(faces).collect::<String>())?;
+//! let cut = Cut { key: "first try".to_owned(), tiles: 3, welding: Welding::Exact };
+//! tiles::spread(&mesh, folder.path(), &cut, &Silent)?;
+//!
+//! let method: Denoising = Denoiser::named("laplacian").unwrap().into();
+//! let halo = reach::halo(&method, None);
+//! let job = Job { key: "laplacian".to_owned(), method: method.clone(), halo, lengths: None, weights: None };
+//! for tile in 0..cut.tiles {
+//!     tiles::denoise(folder.path(), tile, &job, &Silent)?;
+//! }
+//! tiles::merge(folder.path(), &job, &Silent)?;
+//! tiles::write(&mesh, &denoised, folder.path(), &Silent)?;
+//!
+//! // They are the bits of the whole mesh.
+//! let whole = method.denoiser.denoised(&surface, &Silent)?;
+//! # use planish_files::input::{self, Trust};
+//! let written = input::source(&denoised, Trust::Folder)?;
+//! assert_eq!(written.data().positions(), whole);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod anchor;
 mod denoise;

@@ -1,4 +1,18 @@
 //! A camera in front of a model: from world space to the picture.
+//!
+//! ```
+//! use glam::Vec3;
+//! use planish_render::bounds::Sphere;
+//! use planish_render::settings::camera::Camera;
+//!
+//! // From the front, x points to the right. The middle of the model is in the middle of the picture.
+//! let bounds = Sphere { centre: Vec3::new(5.0, 6.0, 7.0), radius: 2.0 };
+//! let view = Camera { yaw: 0.0, pitch: 0.0, ..Camera::default() }.view(bounds, 4.0 / 3.0);
+//! let [middle, right] = [Vec3::ZERO, Vec3::X].map(|p| view.clip_from_world.project_point3(bounds.centre + p));
+//! assert!(middle.truncate().length() < 1e-5, "{middle}");
+//! assert!(right.x > 0.1 && right.y.abs() < 1e-5, "{right}");
+//! assert!((0.0..=1.0).contains(&middle.z));
+//! ```
 
 use crate::bounds::Sphere;
 use crate::settings::camera::{Camera, Projection, UpAxis};

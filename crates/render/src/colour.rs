@@ -1,4 +1,16 @@
 //! sRGB colours as people write them, and the way to linear light and back.
+//!
+//! ```
+//! use planish_render::colour::{Colour, ColourError};
+//!
+//! let grey = Colour::try_from("#808080".to_owned())?;
+//! // Half of the stored number is a fifth of the light.
+//! assert!((grey.linear().x - 0.2159).abs() < 1e-4);
+//! assert_eq!(String::from(grey), "#808080");
+//! let failure = Colour::try_from("grey".to_owned()).unwrap_err();
+//! assert_eq!(failure.to_string(), "`grey` is not a colour of the form #rrggbb");
+//! # Ok::<(), ColourError>(())
+//! ```
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};

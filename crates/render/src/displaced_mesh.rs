@@ -1,4 +1,28 @@
 //! A displacement map that is bound to a mesh: the baked one, which is subtracted, or any picture of heights, which is added.
+//!
+//! ```
+//! use glam::Vec3;
+//! use planish_geometry::map::displace::ShaderVertex;
+//! use planish_geometry::map::displacement::{Displacement, Encoding, MapKind, SampleAt, TexelFormat};
+//! use planish_geometry::map::per_vertex;
+//! use planish_render::displaced_mesh::{DisplacementBinding, Sign};
+//! use planish_render::{mesh::Mesh, settings::Displace};
+//!
+//! // Two vertices, which noise has lifted by 1 and by 3.
+//! let mesh = Mesh { positions: vec![Vec3::ZERO, Vec3::X], ..Mesh::default() };
+//! let encoding = Encoding::covering(1.0, 3.0, TexelFormat::Png16);
+//! let map = Displacement::encode(&[per_vertex::bake(&[1.0, 3.0], &[0, 1])], MapKind::Scalar, encoding);
+//! let vertex = |i: u32| ShaderVertex {
+//!     position: mesh.positions[i as usize],
+//!     normal: Vec3::Z,
+//!     sample_at: Some(SampleAt::Texel(i)),
+//!     ..ShaderVertex::default()
+//! };
+//! let binding = DisplacementBinding::new(&mesh, map, vec![vertex(0), vertex(1)], Sign::Subtract);
+//! let half = Displace { lambda: 0.5, ..Displace::default() };
+//! assert_eq!(binding.displaced(&half), [Vec3::new(0.0, 0.0, -0.5), Vec3::new(1.0, 0.0, -1.5)]);
+//! assert_eq!(binding.heights(&half), [1.0, 3.0]);
+//! ```
 
 use crate::mesh::Mesh;
 use crate::settings::Displace;

@@ -2,20 +2,38 @@
 //!
 //! An environment is a cube map, whatever it was made from. Its directions are left-handed, as those of every GPU's cube
 //! maps are: x right, y up, z ahead, seen from the eye at yaw 0 and pitch 0.
+//!
+//! ```
+//! use glam::Vec3;
+//! use planish_render::environment::{Environment, cube::CubeMap};
+//!
+//! // A blue sky over ground without light: a surface that faces up is blue, and one that faces down stays dark.
+//! let blue = Vec3::new(0.2, 0.4, 1.0);
+//! let sky = CubeMap::from_fn(32, |direction| if direction.y > 0.0 { blue } else { Vec3::ZERO });
+//! let environment = Environment::new(sky);
+//! assert!(environment.irradiance.at(Vec3::Y).distance(blue) < 0.1);
+//! assert!(environment.irradiance.at(Vec3::NEG_Y).length() < 0.1);
+//! // A rough mirror blurs the horizon.
+//! let [smooth, rough] = [0, environment.levels.len() - 1].map(|i| environment.levels[i].at(Vec3::new(1.0, 0.3, 0.0)));
+//! assert!(smooth.distance(blue) < 1e-6, "{smooth}");
+//! assert!(rough.z > 0.0 && rough.z < 0.95, "{rough}");
+//! ```
 
 pub mod cube;
 pub mod equirect;
 mod gradient_noise;
-pub mod harmonics;
-pub mod prefilter;
+mod harmonics;
+mod prefilter;
 pub(crate) mod sample;
-pub mod scenes;
+mod scenes;
 mod sky;
 mod terrain;
 
+pub use harmonics::Irradiance;
+pub use scenes::Sun;
+
+use crate::settings::environment::Scene;
 use cube::CubeMap;
-use harmonics::Irradiance;
-use scenes::{Scene, Sun};
 
 /// The largest number that a half float holds: no radiance is stored that exceeds it.
 pub const MAX_RADIANCE: f32 = 65_504.0;

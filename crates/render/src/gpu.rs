@@ -1,9 +1,27 @@
 //! The graphics device, or one clear message where there is none; and what draws on it.
+//!
+//! ```no_run
+//! use planish_render::gpu::{Backend, Gpu, renderer::Renderer};
+//! use planish_render::settings::Settings;
+//! use planish_render::software;
+//!
+//! # fn f(scene: planish_render::scene::Scene) -> Result<(), planish_render::gpu::NoGpu> {
+//! let settings = Settings::default();
+//! let picture = match Gpu::open(Backend::Auto) {
+//!     Ok(gpu) => Renderer::new(gpu).image(&scene, &settings)?,
+//!     Err(reason) => {
+//!         assert!(reason.to_string().contains("install a driver"));
+//!         software::render(&scene, &settings)
+//!     }
+//! };
+//! assert_eq!(picture.dimensions(), (1200, 900));
+//! # Ok(()) }
+//! ```
 
 pub mod painter;
 mod render_mesh;
 pub mod renderer;
-pub mod shaders;
+mod shaders;
 mod types;
 
 use serde::{Deserialize, Serialize};

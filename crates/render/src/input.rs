@@ -1,4 +1,21 @@
 //! Conversion of a model in f64 to a scene in f32.
+//!
+//! ```
+//! use planish_geometry::mesh::weld::Welding;
+//! use planish_geometry::source::{model::Model, obj::Obj};
+//! use planish_render::{input, software};
+//! use planish_render::settings::{Settings, Shading, Size};
+//!
+//! // A tent with a number for each vertex, such as its error.
+//! let text = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 1 1 1\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
+//! let model = Model::new(Obj::parse(text.into())?, Welding::Exact);
+//! let plain = input::scene(&model, None)?;
+//! let heat = input::scene(&model, Some(&[0.0, 0.0, 0.0, 0.0, 1.0]))?;
+//! assert_eq!(heat.mesh().triangles.len(), 4);
+//! let settings = Settings { size: Size { width: 32, height: 24 }, shading: Shading::Heat, ..Settings::default() };
+//! assert_ne!(software::render(&plain, &settings), software::render(&heat, &settings));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use crate::displaced_mesh::{DisplacementBinding, Sign};
 use crate::mesh::{Mesh, Side, Triangle};

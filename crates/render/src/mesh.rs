@@ -1,4 +1,26 @@
 //! The triangle mesh of a scene, as plain arrays in single precision.
+//!
+//! ```
+//! use glam::Vec3;
+//! use planish_render::mesh::{Mesh, Side, Triangle};
+//! use planish_render::scene::{Scene, SceneError};
+//!
+//! // A square of two triangles with one normal. Lines along edges leave its diagonal out.
+//! let triangle = |positions, sides| Triangle { positions, normals: [0; 3], uvs: None, sides };
+//! let square = Mesh {
+//!     positions: vec![Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y],
+//!     normals: vec![Vec3::Z],
+//!     triangles: vec![
+//!         triangle([0, 1, 2], [Side::Edge, Side::Edge, Side::Diagonal]),
+//!         triangle([0, 2, 3], [Side::Diagonal, Side::Edge, Side::Edge]),
+//!     ],
+//!     ..Mesh::default()
+//! };
+//! assert!((Scene::new(square.clone())?.bounds().radius - 0.5f32.sqrt()).abs() < 1e-6);
+//! let cut = Mesh { positions: square.positions[..3].to_vec(), ..square };
+//! assert_eq!(Scene::new(cut).unwrap_err(), SceneError::CornerOutOfRange { triangle: 1 });
+//! # Ok::<(), SceneError>(())
+//! ```
 
 use glam::{Vec2, Vec3};
 use planish_geometry::map::tangents::Tangent;

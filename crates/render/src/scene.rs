@@ -1,4 +1,25 @@
 //! The scene of a picture: one triangle mesh in single precision, and the map that displaces it.
+//!
+//! ```
+//! use glam::Vec3;
+//! use image::RgbaImage;
+//! use planish_geometry::mesh::weld::Welding;
+//! use planish_geometry::source::{model::Model, obj::Obj};
+//! use planish_render::{input, software};
+//! use planish_render::settings::{Settings, Shading, Size};
+//! use planish_render::texture::{Content, Texture, Textures};
+//!
+//! // A square with a red texture.
+//! let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n";
+//! let mut scene = input::scene(&Model::new(Obj::parse(text.into())?, Welding::Exact), None)?;
+//! let red = RgbaImage::from_pixel(1, 1, [255, 0, 0, 255].into());
+//! scene.textures = Textures::one(Texture::new(red, Content::Colour).unwrap());
+//! let size = Size { width: 16, height: 12 };
+//! let picture = software::render(&scene, &Settings { size, shading: Shading::Texture, ..Settings::default() });
+//! let [r, g, b, _] = picture.get_pixel(8, 6).0;
+//! assert!(r > 100 && r > 3 * g && r > 3 * b, "{r} {g} {b}");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use crate::bounds::Sphere;
 use crate::displaced_mesh::DisplacementBinding;

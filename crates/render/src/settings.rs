@@ -2,15 +2,26 @@
 //! image is drawn from.
 //!
 //! Settings are plain data, stored as JSON; the modules beside this one turn them into pictures.
+//!
+//! ```
+//! use planish_render::settings::{Settings, SettingsError, Shading};
+//!
+//! let settings = Settings::from_json(br##"{ "shading": "flat", "material": { "colour": "#ff0000" } }"##)?;
+//! assert_eq!((settings.shading, settings.size.width), (Shading::Flat, 1200));
+//! assert_eq!(Settings::from_json(settings.to_json()?.as_bytes())?, settings);
+//! let failure = Settings::from_json(br#"{ "size": { "width": 0, "height": 900 } }"#).unwrap_err();
+//! assert_eq!(failure.to_string(), "size.width must be 1..16384");
+//! # Ok::<(), SettingsError>(())
+//! ```
 
 pub mod camera;
-pub mod displace;
+mod displace;
 pub mod environment;
 pub mod ground;
 pub mod lights;
 mod rules;
 pub mod shadow;
-pub mod surface;
+mod surface;
 pub mod volume;
 
 pub use displace::{Displace, Normals};

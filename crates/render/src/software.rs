@@ -3,6 +3,28 @@
 //! Two passes, as in a GPU's pipeline: the first finds the nearest triangle for every sample, the second
 //! shades each sample once. Both run over bands of rows, and no sample depends on how bands are shared
 //! out, so that the picture has the same bits on any number of threads.
+//!
+//! ```
+//! use planish_geometry::mesh::weld::Welding;
+//! use planish_geometry::source::{model::Model, obj::Obj};
+//! use planish_render::settings::{Background, Settings, Size, camera::Camera};
+//! use planish_render::{colour::Colour, input, software};
+//!
+//! // A square from the front, before black.
+//! let model = Model::new(Obj::parse(b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n".to_vec())?, Welding::Exact);
+//! let scene = input::scene(&model, None)?;
+//! let black = Colour::hex(0x00_00_00);
+//! let settings = Settings {
+//!     size: Size { width: 32, height: 24 },
+//!     camera: Camera { yaw: 0.0, pitch: 0.0, ..Camera::default() },
+//!     background: Background { top: black, bottom: black },
+//!     ..Settings::default()
+//! };
+//! let picture = software::render(&scene, &settings);
+//! assert_eq!(picture.get_pixel(0, 0).0, [0, 0, 0, 255]);
+//! assert!(picture.get_pixel(16, 12).0[0] > 100);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod clip;
 mod raster;

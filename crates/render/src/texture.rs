@@ -1,4 +1,20 @@
 //! Pictures on the surface, and their interpolation between texels.
+//!
+//! ```
+//! use glam::{Vec2, Vec3};
+//! use image::RgbaImage;
+//! use planish_render::settings::Sampling;
+//! use planish_render::texture::{Content, Texture};
+//!
+//! // Two texels, black and white.
+//! let texels = RgbaImage::from_raw(2, 1, vec![0, 0, 0, 255, 255, 255, 255, 255]).unwrap();
+//! let colours = Texture::new(texels, Content::Colour).unwrap();
+//! let still = [Vec2::ZERO; 2];
+//! assert_eq!(colours.at(Vec2::new(0.75, 0.5), still, Sampling::Nearest), Vec3::ONE);
+//! // Between them is half of the light.
+//! assert!((colours.at(Vec2::splat(0.5), still, Sampling::Bilinear).x - 0.5).abs() < 1e-6);
+//! assert_eq!(colours.levels().len(), 2);
+//! ```
 
 use crate::colour::{linear_from_byte, srgb_from_linear};
 use crate::settings::Sampling;

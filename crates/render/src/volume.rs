@@ -2,6 +2,20 @@
 //!
 //! Texel coordinates run along the axes of the grid; value (i, j, k) lies in the middle of its voxel, at (i + ½, j + ½, k + ½), and the
 //! box of the volume is that of all voxels, from 0 to the number of values.
+//!
+//! ```
+//! use glam::{Affine3A, Vec3};
+//! use planish_render::volume::{Volume, VolumeError};
+//!
+//! // Two voxels beside each other, with sides of length 1.
+//! let volume = Volume::new([2, 1, 1], vec![10.0, 20.0], Affine3A::IDENTITY)?;
+//! assert_eq!(volume.at(Vec3::new(0.5, 0.5, 0.5)), 10.0);
+//! assert_eq!(volume.at(Vec3::new(1.0, 0.5, 0.5)), 15.0);
+//! assert_eq!((volume.range().low, volume.range().high), (10.0, 20.0));
+//! let short = Volume::new([2, 2, 1], vec![10.0, 20.0], Affine3A::IDENTITY);
+//! assert_eq!(short, Err(VolumeError::Count { found: 2, expected: 4 }));
+//! # Ok::<(), VolumeError>(())
+//! ```
 
 use crate::bounds::Sphere;
 use crate::settings::Range;

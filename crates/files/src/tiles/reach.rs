@@ -1,4 +1,20 @@
 //! How far a method looks: the halo of rings with which its results in a tile are those of the whole mesh.
+//!
+//! ```
+//! use planish_files::tiles::reach;
+//! use planish_geometry::denoise::{Denoiser, Laplacian};
+//!
+//! // Each step looks one ring farther. Two more rings say where data is missing, and two are there to compare tiles by.
+//! let smoothing = Denoiser::Laplacian(Laplacian { iterations: 10, ..Laplacian::default() });
+//! assert_eq!(reach::rings(&smoothing), Some(12));
+//! let halo = reach::halo(&smoothing.into(), None);
+//! assert_eq!((halo.rings, halo.is_bounded), (14, true));
+//!
+//! // Equations for all vertices look everywhere.
+//! let map = Denoiser::named("map").unwrap();
+//! assert_eq!(reach::rings(&map), None);
+//! assert!(!reach::halo(&map.into(), None).is_bounded);
+//! ```
 
 use planish_geometry::denoise::{Denoiser, Denoising, FoldOvers, Motion, Scheme, VertexScheme, VertexUpdate};
 

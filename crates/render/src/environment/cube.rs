@@ -2,6 +2,19 @@
 //!
 //! Faces are those of every GPU interface, +x −x +y −y +z −z, each as seen from inside with x to the right, y up and z
 //! *ahead*. That is a left-handed system, and so are all directions in this module.
+//!
+//! ```
+//! use glam::Vec3;
+//! use planish_render::environment::cube::CubeMap;
+//!
+//! // Light from the right only.
+//! let map = CubeMap::from_fn(16, |direction| Vec3::splat(direction.x.max(0.0)));
+//! assert!((map.at(Vec3::new(3.0, 0.0, 0.0)).x - 1.0).abs() < 0.01);
+//! assert_eq!(map.at(Vec3::NEG_X), Vec3::ZERO);
+//! // Its mean over the sphere is a quarter.
+//! let sum: f64 = map.parts().map(|(_, radiance, solid_angle)| f64::from(radiance.x) * solid_angle).sum();
+//! assert!((sum / (4.0 * std::f64::consts::PI) - 0.25).abs() < 1e-3);
+//! ```
 
 use super::equirect::Equirect;
 use glam::{Vec2, Vec3};

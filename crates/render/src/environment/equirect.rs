@@ -1,6 +1,20 @@
 //! The sphere of directions as one picture: longitude to the right, latitude upwards.
 //!
 //! Directions here are those of the environment: x right, y up, z ahead, so that the middle of the picture is ahead.
+//!
+//! ```
+//! use glam::Vec3;
+//! use planish_render::environment::cube::CubeMap;
+//! use planish_render::environment::equirect::Equirect;
+//!
+//! // A picture of four texels by two: only the top row, which is above the horizon, has light.
+//! let texels = [[Vec3::ONE; 4], [Vec3::ZERO; 4]].concat();
+//! let picture = Equirect::new(4, texels).unwrap();
+//! assert_eq!([Vec3::Y, Vec3::NEG_Y].map(|direction| picture.at(direction)), [Vec3::ONE, Vec3::ZERO]);
+//! assert!((picture.at(Vec3::Z).x - 0.5).abs() < 1e-3);
+//! // Renderers take it as a cube map.
+//! assert_eq!(CubeMap::from_equirect(&picture, 8).at(Vec3::Y), Vec3::ONE);
+//! ```
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;

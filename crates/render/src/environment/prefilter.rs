@@ -13,7 +13,7 @@ use std::f32::consts::{PI, TAU};
 const SMALLEST: usize = 8;
 
 /// Levels of detail of roughness 0, …, 1 in even steps, each half the size of the one before.
-pub fn levels(environment: CubeMap) -> Vec<CubeMap> {
+pub(super) fn levels(environment: CubeMap) -> Vec<CubeMap> {
     let mut means = vec![environment];
     while means[means.len() - 1].size() >= 2 * SMALLEST {
         means.push(means[means.len() - 1].halved());

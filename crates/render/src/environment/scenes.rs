@@ -7,9 +7,8 @@ use super::equirect::Equirect;
 use super::gradient_noise::fractal;
 use super::sky::Sky;
 use super::terrain::{Landscape, panorama};
+use crate::settings::environment::Scene;
 use glam::{Vec2, Vec3};
-
-pub use crate::settings::environment::Scene;
 
 /// A disc of light.
 #[derive(Clone, Copy, Debug, PartialEq)]

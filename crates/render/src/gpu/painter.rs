@@ -1,5 +1,21 @@
 //! A renderer and a scene that outlive the loss of the device: drivers are updated, cards are pulled out and notebooks wake
 //! up.
+//!
+//! ```no_run
+//! use planish_render::gpu::{Backend, Gpu, painter::Painter, renderer::Renderer};
+//! use planish_render::settings::{Settings, camera::Camera};
+//!
+//! # fn f(scene: planish_render::scene::Scene) -> Result<(), planish_render::gpu::NoGpu> {
+//! // Pictures from all around, even if the driver is updated meanwhile.
+//! let renderer = Renderer::new(Gpu::open(Backend::Auto)?);
+//! let mut painter = Painter::new(Backend::Auto, renderer, &scene)?;
+//! for step in 0..36 {
+//!     let camera = Camera { yaw: 10.0 * step as f32, ..Camera::default() };
+//!     let picture = painter.picture(&Settings { camera, ..Settings::default() })?;
+//!     assert_eq!(picture.dimensions(), (1200, 900));
+//! }
+//! # Ok(()) }
+//! ```
 
 use crate::gpu::renderer::{GpuScene, Renderer};
 use crate::gpu::{Backend, Gpu, NoGpu};

@@ -11,9 +11,7 @@ use std::fmt::Write as _;
 
 /// Shader module that can be joined from the WGSL files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Program {
-    /// The displacement alone, to be joined to a vertex stage.
-    Displace,
+pub(super) enum Program {
     /// The background behind the model.
     Background,
     /// The displaced surface in colour.
@@ -30,12 +28,11 @@ pub enum Program {
 
 impl Program {
     /// Every program, for tests.
-    pub const ALL: [Self; 7] =
-        [Self::Displace, Self::Background, Self::Mesh, Self::Normals, Self::Shadow, Self::ShadowView, Self::Ground];
+    #[cfg(test)]
+    const ALL: [Self; 6] = [Self::Background, Self::Mesh, Self::Normals, Self::Shadow, Self::ShadowView, Self::Ground];
 
     fn parts(self) -> &'static [&'static str] {
         match self {
-            Self::Displace => &[DISPLACE],
             Self::Background => &[FRAME, SHADOW, ENVIRONMENT, LIGHT, VOLUME, BACKGROUND],
             Self::Mesh => &[FRAME, DISPLACE, SURFACE, SHADOW, ENVIRONMENT, LIGHT, VOLUME, TEXTURES, NOISE, MESH],
             Self::Normals => &[DISPLACE, SURFACE, NORMALS],
@@ -48,25 +45,25 @@ impl Program {
 
 /// Choices that a program is compiled for. What is not chosen costs nothing then, not even on drivers that run every branch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Variant {
+pub(super) struct Variant {
     /// Shading of the surface.
-    pub shading: Shading,
+    pub(super) shading: Shading,
     /// Normals that light the surface.
-    pub normals: Normals,
+    pub(super) normals: Normals,
     /// Lines on top of the surface.
-    pub overlay: Overlay,
+    pub(super) overlay: Overlay,
     /// Interpolation of textures between their texels.
-    pub sampling: Sampling,
+    pub(super) sampling: Sampling,
     /// Filter of the lookups in shadow maps.
-    pub filter: Filter,
+    pub(super) filter: Filter,
     /// Light at positions that no shadow map covers.
-    pub outside: Outside,
+    pub(super) outside: Outside,
     /// What is drawn of the volume.
-    pub volume: VolumeDisplay,
+    pub(super) volume: VolumeDisplay,
 }
 
 /// The whole WGSL text of a program (WGSL does not care about the order of declarations).
-pub fn source(program: Program, variant: Variant) -> String {
+pub(super) fn source(program: Program, variant: Variant) -> String {
     let mut text = program.parts().concat();
     if matches!(program, Program::Mesh) {
         constants(&mut text, "SHADING", Shading::NAMES, variant.shading.name());

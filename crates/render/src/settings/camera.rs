@@ -1,4 +1,17 @@
 //! Settings of the camera.
+//!
+//! ```
+//! use planish_render::settings::camera::{Camera, Projection, UpAxis};
+//! use planish_render::settings::{Settings, SettingsError};
+//!
+//! // A scan from above, to scale.
+//! let camera = Camera { pitch: 90.0, projection: Projection::Orthographic, up: UpAxis::Z, ..Camera::default() };
+//! camera.check()?;
+//! let json = br#"{ "camera": { "pitch": 90, "projection": "orthographic", "up": "z" } }"#;
+//! assert_eq!(Settings::from_json(json)?.camera, camera);
+//! assert!(Camera { distance: 0.0, ..camera }.check().is_err());
+//! # Ok::<(), SettingsError>(())
+//! ```
 
 use super::rules::{SettingsError, require};
 use glam::Vec3;

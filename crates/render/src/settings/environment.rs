@@ -1,4 +1,16 @@
 //! Settings of the environment.
+//!
+//! ```
+//! use planish_render::settings::environment::{Part, Scene, Source, Surroundings};
+//! use planish_render::settings::{Settings, SettingsError};
+//!
+//! // A shiny surface in the ice, whose landscape itself is not drawn.
+//! let json = br#"{ "environment": { "source": { "scene": "ice" }, "background": "hidden", "reflectance": 0.5 } }"#;
+//! let ice = Settings::from_json(json)?.environment.unwrap();
+//! assert_eq!((ice.source, ice.background, ice.ambient), (Source::Scene(Scene::Ice), Part::Hidden, Part::Shown));
+//! assert!(Surroundings { reflectance: 2.0, ..Surroundings::default() }.check().is_err());
+//! # Ok::<(), SettingsError>(())
+//! ```
 
 use super::rules::{SettingsError, named, require};
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,15 @@
 //! Settings of the ground.
+//!
+//! ```
+//! use planish_render::settings::ground::{Ground, Show};
+//! use planish_render::settings::{Settings, SettingsError};
+//!
+//! let floating = Ground { show: Show::Plane, gap: 0.5, ..Ground::default() };
+//! floating.check()?;
+//! assert_eq!(Settings::from_json(br#"{ "ground": { "show": "plane", "gap": 0.5 } }"#)?.ground, floating);
+//! assert_eq!(Ground { size: 0.0, ..floating }.check().unwrap_err().to_string(), "ground.size must be 0.1..100");
+//! # Ok::<(), SettingsError>(())
+//! ```
 
 use super::rules::{SettingsError, named, require};
 use crate::colour::Colour;

@@ -1,4 +1,19 @@
 //! Settings of the lights.
+//!
+//! ```
+//! use planish_render::colour::Colour;
+//! use planish_render::settings::lights::{Anchor, Light, LightKind};
+//! use planish_render::settings::{Settings, SettingsError};
+//!
+//! // A lamp that stays with the model.
+//! let kind = LightKind::Point { distance: 3.0 };
+//! let lamp = Light { azimuth: 40.0, elevation: 20.0, colour: Colour::WHITE, intensity: 1.0, kind, anchor: Anchor::Model };
+//! let settings = Settings { lights: vec![lamp], ..Settings::default() };
+//! settings.check()?;
+//! assert_eq!(Settings::from_json(settings.to_json()?.as_bytes())?.lights, [lamp]);
+//! assert!(Settings { lights: vec![lamp; 5], ..settings }.check().is_err());
+//! # Ok::<(), SettingsError>(())
+//! ```
 
 use super::rules::{SettingsError, require};
 use crate::colour::Colour;

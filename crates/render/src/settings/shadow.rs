@@ -1,4 +1,15 @@
 //! Settings of the shadows.
+//!
+//! ```
+//! use planish_render::settings::shadow::{Filter, Shadow};
+//! use planish_render::settings::{Settings, SettingsError};
+//!
+//! let soft = Shadow { filter: Filter::Pcss, light_angle: 10.0, ..Shadow::default() };
+//! soft.check()?;
+//! assert_eq!(Settings::from_json(br#"{ "shadow": { "filter": "pcss", "light_angle": 10 } }"#)?.shadow, soft);
+//! assert_eq!(Shadow { kernel: 4, ..soft }.check().unwrap_err().to_string(), "shadow.kernel must be 3, 5 or 7");
+//! # Ok::<(), SettingsError>(())
+//! ```
 
 use super::rules::{SettingsError, named, require};
 use serde::{Deserialize, Serialize};

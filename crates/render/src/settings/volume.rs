@@ -1,4 +1,18 @@
 //! Settings of a volume: where its values come from, and how they are drawn.
+//!
+//! ```
+//! use planish_render::settings::volume::{Transfer, TransferPreset, VolumeDisplay, VolumeSource, VolumeView};
+//! use planish_render::settings::{Settings, SettingsError};
+//!
+//! // A slice through the middle of the signed distances to a mesh.
+//! let json = br#"{ "volume": { "display": "slices", "slices": [null, null, 0.5], "transfer": { "preset": "bands" } } }"#;
+//! let view = Settings::from_json(json)?.volume.unwrap();
+//! assert_eq!((view.display, view.slices[2]), (VolumeDisplay::Slices, Some(0.5)));
+//! assert_eq!(view.source, VolumeSource::Distance { size: 96 });
+//! assert_eq!(view.transfer, Transfer::Preset(TransferPreset::Bands));
+//! assert!(VolumeView { low: [1.0; 3], ..view }.check().is_err());
+//! # Ok::<(), SettingsError>(())
+//! ```
 
 mod source;
 mod transfer;
