@@ -282,7 +282,11 @@ impl App {
                 self.painter.canvas = Some(canvas);
             }
             Some(Ok(_)) => {}
-            Some(Err(failure)) => self.fail(&failure),
+            Some(Err(failure)) => {
+                // With the brush in hand it would be tried again at once.
+                self.painter.has_brush = false;
+                self.fail(&failure);
+            }
         }
     }
 

@@ -25,7 +25,7 @@ pub(super) fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
         let has_mask = app.choices.bake_config.limits.weights.is_some();
         let save = ui.add_enabled(has_mask, egui::Button::new("Save mask"));
         ui_state.mark("save mask", save.rect);
-        if save.on_hover_text("beside the mesh, as --mask takes it").clicked() {
+        if save.on_hover_text("beside the mesh, where the copied command looks for it").clicked() {
             app.save_mask();
         }
     });
