@@ -88,7 +88,7 @@ def test_ambient_occlusion(baked, tmp_path):
     theirs, covered = np.moveaxis(np.fromfile(out, dtype="<f4").reshape(size, size, 2).astype(float), 2, 0)
     assert ours.shape == theirs.shape and covered.mean() > 0.4
     off = (ours - theirs)[covered == 1]
-    figures("blender-ao", all=np.abs(off), mean=np.abs(off.mean())[None])
+    figures("blender-ao", all=np.abs(off), average=np.abs(off).mean()[None], of_means=np.abs(off.mean())[None])
     assert theirs[covered == 1].std() > 0.05, "there is something to see"
     assert abs(off.mean()) < 0.005
     assert np.abs(off).mean() < 0.02

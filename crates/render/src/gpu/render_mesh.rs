@@ -107,7 +107,7 @@ fn vertex(scene: &Scene, v: usize) -> Vertex {
     vertex
 }
 
-/// What only some shadings read of the vertices of a scene, with other numbers for its heat map than the scene may have. #V
+/// Data of the vertices that only some shadings read, with these scalars for heat maps in place of those of the scene. #V
 pub(crate) fn extras(scene: &Scene, scalars: Option<&[f32]>) -> Vec<Extra> {
     let extra = |v: usize| {
         let number = scalars.map(|scalars| scalars[v]).filter(|x| x.is_finite());

@@ -58,7 +58,7 @@ pub(super) struct Variant {
     pub(super) filter: Filter,
     /// Light at positions that no shadow map covers.
     pub(super) outside: Outside,
-    /// What is drawn of the volume.
+    /// Display of the volume of the scene.
     pub(super) volume: VolumeDisplay,
 }
 

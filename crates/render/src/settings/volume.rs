@@ -26,13 +26,13 @@ use super::rules::{SettingsError, named, require};
 use serde::{Deserialize, Serialize};
 
 named! {
-/// What is drawn of a volume, beside what a surface with [`Shading::Solid`](super::Shading::Solid) shows of it.
+/// Display of a volume by itself; a surface with [`Shading::Solid`](super::Shading::Solid) shows the volume in any case.
 pub enum VolumeDisplay {
     /// Nothing is drawn.
     Hidden = "hidden",
     /// The slice planes alone, opaque.
     Slices = "slices",
-    /// All of its box, marched through along the rays of the eye; slice planes are walls in it.
+    /// The whole box of the volume, through which the rays of the eye march; slice planes are walls in it.
     #[default]
     Rays = "rays",
 }
@@ -46,7 +46,7 @@ pub struct VolumeView {
     pub source: VolumeSource,
     /// Position of the box.
     pub placement: Placement,
-    /// What is drawn of it.
+    /// Part of the volume that is drawn: rays, slices alone, or nothing.
     pub display: VolumeDisplay,
     /// Visibility of the mesh.
     pub mesh: Part,
@@ -62,9 +62,9 @@ pub struct VolumeView {
     pub step: f32,
     /// Slice plane across each axis, as a share of the box.
     pub slices: [Option<f32>; 3],
-    /// Part of the box that is drawn, from these shares …
+    /// Least coordinates of the part of the box that is drawn, as shares of the box.
     pub low: [f32; 3],
-    /// … to these.
+    /// Greatest coordinates of the part of the box that is drawn, as shares of the box.
     pub high: [f32; 3],
 }
 

@@ -121,6 +121,10 @@ fn falloff(distance: f64) -> f64 {
     1.0 - t * t * (3.0 - 2.0 * t)
 }
 
+/// Cosine of the angle to the face that was hit from which a vertex counts as one of the other side, so that a thin sheet is painted on one
+/// side alone. It is a little beyond a right angle, because noise tilts normals.
+const OTHER_SIDE: f64 = -0.2;
+
 impl Stroke {
     /// Paints on all vertices near a line from where the stroke was to `hit`, on the side of the surface that was hit.
     fn paint(&mut self, document: &Document, canvas: &Canvas, hit: &Hit, brush: &Brush) -> Vec<f32> {
@@ -130,8 +134,11 @@ impl Stroke {
         let cover = |p: DVec3, n: DVec3| {
             let t = if length > 0.0 { ((p - self.last).dot(along) / length).clamp(0.0, 1.0) } else { 0.0 };
             let near = (p - self.last - t * along).length_squared() / (radius * radius);
-            // Thin sheets are painted on one side.
-            if near < 1.0 && n.dot(hit.normal) > -0.2 { brush.strength * falloff(near.sqrt()) as f32 } else { 0.0 }
+            if near < 1.0 && n.dot(hit.normal) > OTHER_SIDE {
+                brush.strength * falloff(near.sqrt()) as f32
+            } else {
+                0.0
+            }
         };
         let positions = document.model.surface().positions();
         let vertices = (positions, &canvas.normals).into_par_iter();

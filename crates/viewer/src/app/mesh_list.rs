@@ -91,18 +91,15 @@ impl App {
         let (config, trust) = (of_any_mesh(&self.choices.bake_config), self.trust);
         self.baking_all.start(move |ticket| {
             let mut baked = Baked::default();
-            for (number, path) in paths.iter().enumerate() {
-                if ticket.cancelled() {
-                    paths[number..].iter().for_each(|path| meshes.set(path, BakeState::Untouched));
-                    return Err(Failure::Interrupted);
-                }
+            for path in &paths {
                 meshes.set(path, BakeState::Baking);
                 let state = match bake_one(path, &config, trust, ticket) {
                     Ok(folder) => {
                         baked.done += 1;
                         BakeState::Done(folder)
                     }
-                    Err(Failure::Interrupted) => continue,
+                    // Whoever takes this result puts what was not baked back.
+                    Err(Failure::Interrupted) => return Err(Failure::Interrupted),
                     Err(failure) => {
                         baked.failed += 1;
                         BakeState::Failed(failure.to_string())
@@ -208,6 +205,7 @@ mod tests {
     fn a_stopped_bake_of_all_leaves_no_mesh_half_done() {
         let mut bench = Bench::baked();
         bench.app.bake_all();
+        bench.until("begun", |app| app.meshes()[0].state != BakeState::Waiting);
         bench.app.cancel(Work::BakeAll);
         bench.until("stopped", |app| app.status(Work::BakeAll).is_none());
         let folder = bench.path("in-planish");

@@ -92,7 +92,7 @@ pub(super) fn variant(scene: &Scene, settings: &Settings) -> Variant {
     }
 }
 
-/// What is drawn of the volume; nothing where the scene has none.
+/// Display of the volume of a scene: hidden where the scene has no volume.
 pub(super) fn volume_display(scene: &Scene, settings: &Settings) -> VolumeDisplay {
     match &settings.volume {
         Some(wanted) if scene.volume().is_some() => wanted.display,

@@ -59,7 +59,7 @@ fn numbers(ui: &mut Ui, app: &mut App, ui_state: &mut UiState, quantity: Quantit
     let (words, help, missing) = match quantity {
         Quantity::Noise => (
             "Noise",
-            "where the noise is, and how much (N)",
+            "where the noise is, and how much (N); the darkest colour is no noise, or a place where none could be measured",
             "only auto measures the noise, and only where a mesh is baked here",
         ),
         Quantity::Error => ("Error", "how far the faces are turned away from the clean mesh", "needs a clean mesh"),
