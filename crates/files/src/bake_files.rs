@@ -36,14 +36,16 @@ use crate::method;
 use crate::named_path::{self, NamedPath};
 use crate::text::{count, measure, one_line, shown, volume_not_restored};
 use planish_geometry::bake::{
-    self, BakeError, BakeSettings, BakeTarget, Bundle, BundleFile, BundleNames, Fallback, LayoutChoice, SideFiles,
+    self, BakeError, BakeSettings, BakeTarget, Bundle, BundleFile, BundleNames, Fallback, LayoutChoice, SideFiles, gltf,
 };
 use planish_geometry::denoise::{Denoiser, Denoising, Learned};
 use planish_geometry::map::layout_issues::OutOfRange;
-use planish_geometry::map::manifest::{self, HeightsLoss, Report, Target};
+use planish_geometry::map::manifest::{self, HeightsLoss, Layout, Report, Target};
 use planish_geometry::mesh::atlas::AtlasError;
 use planish_geometry::progress::Progress;
+use planish_geometry::source::Source;
 use planish_geometry::source::flaws::flaws;
+use planish_geometry::source::format::Format;
 use planish_geometry::source::materials;
 use planish_geometry::source::mesh_file::MeshFile;
 use planish_geometry::source::model::Model;
@@ -203,6 +205,7 @@ impl Job<'_> {
         let side_files = SideFiles { libraries: &libraries, relocate: &relocate, texture: &texture, within: &within };
         let bundle = bake::bake(model, &names, side_files, settings, progress).map_err(|e| explain(e, model, input))?;
         warnings.extend(input::summary(refused.into_inner().unwrap_or_default()));
+        warnings.extend(lost_document(model.source(), &bundle));
         warnings.extend(warn(&bundle));
         Ok(Baked { bundle, warnings, inputs, own_source: None })
     }
@@ -309,6 +312,18 @@ fn private_texels(report: &Report) -> String {
     text
 }
 
+/// Says what the binary glTF carrier does not have of a mesh that came as glTF, if its document could not be kept.
+fn lost_document(source: &Source, bundle: &Bundle) -> Option<String> {
+    let (name, file) = (bundle.manifest.carrier.glb.as_ref()?, source.file()?);
+    if !matches!(file.format(), Format::Glb | Format::Gltf) || gltf::keeps_document(source) {
+        return None;
+    }
+    let contents = file.contents();
+    let lost = if contents.is_empty() { String::new() } else { format!(" {},", contents.join(", ")) };
+    let reason = "an animation of the mesh gives weights to its morph targets, and would have too few";
+    Some(format!("{name} lacks{lost} nodes and extras of the mesh: {reason}"))
+}
+
 /// Lists the warnings about a bake that succeeded.
 fn warn(bundle: &Bundle) -> Vec<String> {
     let m = &bundle.manifest;
@@ -328,6 +343,11 @@ fn warn(bundle: &Bundle) -> Vec<String> {
     }
     if m.pages.is_none() && r.layout.out_of_range == Some(OutOfRange::Tiles) {
         out.push("the UVs lie in several whole tiles: --pages udim makes an image for each of them".to_owned());
+    }
+    let per_vertex = m.occlusion.as_ref().filter(|occlusion| occlusion.map.layout == Layout::Vertex);
+    if let (Some(_), Some(name)) = (per_vertex, &m.carrier.glb) {
+        let extras = "with a texel for each vertex it is in the extras of the materials";
+        out.push(format!("{name} has the ambient occlusion as no `occlusionTexture`: {extras}"));
     }
     out.extend(r.limits.as_ref().and_then(volume_not_restored));
     let vertices = |n| count(n, "vertex", "vertices");

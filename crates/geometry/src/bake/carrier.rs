@@ -80,13 +80,16 @@ pub(super) fn glb(request: &Request, normals: &[Vec3], draft: &Draft) -> Result<
             .collect(),
         copies,
     });
-    // A map of shading with a texel for each vertex has other places than a page.
-    let has_shading = pages.is_none();
+    let shading_entries =
+        [shading.occlusion.as_ref().map(|m| &m.entry.map), shading.curvature.as_ref().map(|m| &m.entry.map)];
+    let is_per_vertex = shading_entries.iter().flatten().any(|entry| entry.layout == Layout::Vertex);
+    let vertex_texels = (is_per_vertex && entry.layout != Layout::Vertex).then(|| texel_uvs(model));
     let carrier = gltf::Carrier {
         name: &names.stem,
         model,
         normals,
         sample_at: &sample_at,
+        vertex_texels: vertex_texels.as_deref(),
         denoised,
         denoised_normals: &denoised_normals,
         origin: entry.origin,
@@ -96,12 +99,12 @@ pub(super) fn glb(request: &Request, normals: &[Vec3], draft: &Draft) -> Result<
         pages,
         relocate: side_files.relocate,
         normal_map,
-        occlusion: shading.occlusion.as_ref().filter(|_| has_shading).map(|map| gltf::ShadingMap {
+        occlusion: shading.occlusion.as_ref().map(|map| gltf::ShadingMap {
             bytes: &map.image,
             layout: map.entry.map.layout,
             entry: entry_of(&map.entry),
         }),
-        curvature: shading.curvature.as_ref().filter(|_| has_shading).map(|map| gltf::ShadingMap {
+        curvature: shading.curvature.as_ref().map(|map| gltf::ShadingMap {
             bytes: &map.image,
             layout: map.entry.map.layout,
             entry: entry_of(&map.entry),

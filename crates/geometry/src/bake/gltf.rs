@@ -61,6 +61,9 @@ pub struct Carrier<'a> {
     pub normals: &'a [Vec3],
     /// Texture coordinates at which each source vertex samples the map, v up; `None` if it is not displaced. #v×2
     pub sample_at: &'a [Option<Vec2>],
+    /// Texture coordinates of the texels that source vertices have in shading maps of [`Layout::Vertex`], v up; `None` if there is no
+    /// such map, or if `sample_at` has them. #v×2
+    pub vertex_texels: Option<&'a [Vec2]>,
     /// Positions at λ = 1. #V×3, model units
     pub denoised: &'a [DVec3],
     /// Unit normals of the denoised surface; zero where there is none. #V×3
@@ -77,7 +80,8 @@ pub struct Carrier<'a> {
     pub pages: Option<Pages<'a>>,
     /// Function that turns the path of a texture into one from the folder of the carrier.
     pub relocate: &'a (dyn Fn(&str) -> String + Sync),
-    /// Description of the normal map for clients, as `extras.planish.normalMap` of each material.
+    /// Description of the normal map for clients, as `extras.planish.normalMap` of each material, with `texCoord` where the mesh's
+    /// own texture coordinates are not the set 0.
     pub normal_map: Value,
     /// Ambient occlusion map, which becomes the `occlusionTexture` of each material if it lies in the texture coordinates of the
     /// mesh.
@@ -105,7 +109,7 @@ pub struct ShadingMap<'a> {
     /// Layout of the image.
     pub layout: Layout,
     /// Description of the map for clients, its name `file` included. It becomes `extras.planish.occlusion` or `curvature` of each
-    /// material, together with `texture`, `mimeType` and, in [`Layout::Vertex`], `texCoord`.
+    /// material, together with `texture`, `mimeType` and `texCoord`, which is left out for the set 0 as in glTF.
     pub entry: Object<String, Value>,
 }
 
@@ -130,6 +134,15 @@ pub enum Filter {
     Linear,
 }
 
+/// Returns whether the carrier of a mesh keeps the document that it came as, with all that the file has. A mesh of another format has
+/// none, and a document cannot be kept if an animation gives weights to morph targets, as it would have too few.
+pub fn keeps_document(source: &Source) -> bool {
+    match source {
+        Source::Gltf(file) => kept::is_possible(file),
+        _ => false,
+    }
+}
+
 /// Function that gives the bytes of a texture by its name in the material library; `None` if there is no such file.
 pub type Textures<'a> = &'a dyn Fn(&str) -> Option<Vec<u8>>;
 
@@ -148,7 +161,8 @@ pub enum GltfError {
 /// Writes the surface of a carrier as a `.glb` file: one mesh with a primitive for each page and material that have faces.
 /// Textures that are PNG or JPEG files are embedded, others are left out.
 ///
-/// A model that came as glTF keeps its document, unless the map has pages: the vertices get the normals, samples and target in addition.
+/// A model that came as glTF keeps its document, if [`keeps_document`] says so: the vertices get the normals, samples and target in
+/// addition, and a primitive on several pages becomes one for each.
 ///
 /// Vertices are the distinct pairs of source vertex and texture coordinates at corners of the triangles, in the order of
 /// the source; positions are the welded ones. Texture coordinates have v down. `TEXCOORD_0` is (0, 0) where a corner names
@@ -165,8 +179,7 @@ pub enum GltfError {
 /// If a list has not the length that its field states.
 pub fn glb(carrier: &Carrier, textures: Textures) -> Result<Vec<u8>, GltfError> {
     let model = carrier.model;
-    // A document has one primitive where several pages may meet.
-    if let (Source::Gltf(file), None) = (model.source(), &carrier.pages)
+    if let Source::Gltf(file) = model.source()
         && let Some(kept) = kept::glb(carrier, file, textures)?
     {
         return Ok(kept);
@@ -240,10 +253,14 @@ fn attributes(carrier: &Carrier, wedges: &Wedges, buffer: &mut glb::Buffer) -> R
 
     let sample_at = |(source, page): (&Index, &Index)| {
         let copy = carrier.pages.as_ref().and_then(|pages| pages.copies.get(&[*page, *source]).copied());
-        finite(copy.or(carrier.sample_at[*source as usize]).map_or(Vec2::ZERO, |p| Vec2::new(p.x, 1.0 - p.y)))
+        copy.or(carrier.sample_at[*source as usize]).map_or([0.0; 2], v_down)
     };
     let sources = wedges.sources.par_iter().zip(&wedges.pages);
     let samples = buffer.attribute(&sources.map(sample_at).collect::<Vec<_>>());
+    let texels = carrier.vertex_texels.map(|texels| {
+        let values = wedges.sources.par_iter().map(|source| v_down(texels[*source as usize]));
+        buffer.attribute(&values.collect::<Vec<_>>())
+    });
     let uv = |vt: Index| {
         let uv = model.data().uvs()[vt as usize];
         finite(Vec2::new(uv.x as f32, (1.0 - uv.y) as f32))
@@ -254,11 +271,19 @@ fn attributes(carrier: &Carrier, wedges: &Wedges, buffer: &mut glb::Buffer) -> R
         samples
     };
     let mut attributes = json!({ "POSITION": position, "NORMAL": normal, "TEXCOORD_0": uvs, "TEXCOORD_1": samples });
+    if let Some(texels) = texels {
+        attributes["TEXCOORD_2"] = texels.into();
+    }
     if !model.data().colours().is_empty() {
         let colour = |source: &Index| model.data().colours()[*source as usize].map(colours::to_linear);
         attributes["COLOR_0"] = buffer.attribute(&wedges.sources.par_iter().map(colour).collect::<Vec<_>>()).into();
     }
     Ok((attributes, target))
+}
+
+/// Texture coordinates with v down for some with v up, or (0, 0) if they are not finite.
+fn v_down(uv: Vec2) -> [f32; 2] {
+    if uv.is_finite() { [uv.x, 1.0 - uv.y] } else { [0.0; 2] }
 }
 
 /// Texture coordinates, or (0, 0) if they are not finite.

@@ -33,12 +33,19 @@ use crate::mesh::jagged::Index;
 use accessor::Accessor;
 use container::Container;
 use glam::{DAffine3, DVec3};
+use rustc_hash::FxHashMap;
 use serde_json::Value;
 use std::borrow::Cow;
 use std::ops::Range;
 
 pub(crate) use container::percent_decoded;
 pub(super) use print::{origin, print};
+
+/// Mode of primitives whose triangles share no corners.
+const TRIANGLES: u64 = 4;
+
+/// What tells the faces of a primitive: the accessors of its positions and indices, and its mode.
+type PrimitiveKey = (usize, Option<usize>, u64);
 
 /// A parsed file together with its bytes.
 #[derive(Clone, Debug)]
@@ -48,6 +55,8 @@ pub struct Gltf {
     data: MeshData,
     positions: Vec<Block>,
     normals: Vec<Block>,
+    /// Faces of each primitive in the scene.
+    faces: FxHashMap<PrimitiveKey, Range<Index>>,
     notes: Vec<String>,
 }
 
@@ -114,6 +123,13 @@ impl Gltf {
     /// `POSITION` accessors whose values are source vertices.
     pub(crate) fn position_blocks(&self) -> &[Block] {
         &self.positions
+    }
+
+    /// Faces of a primitive; `None` if its triangles are not in the scene. Primitives that share all numbers share their faces.
+    pub(crate) fn faces(&self, primitive: &Value) -> Option<Range<Index>> {
+        let mode = primitive["mode"].as_u64().unwrap_or(TRIANGLES);
+        let key = (index(&primitive["attributes"]["POSITION"])?, index(&primitive["indices"]), mode);
+        self.faces.get(&key).cloned()
     }
 
     /// Block of a source vertex.

@@ -80,6 +80,22 @@ impl Buffer {
             "min": min, "max": max,
         }))
     }
+    /// Adds an accessor of `count` pairs that has other values than the accessor `base` at these ascending positions, and returns its
+    /// index. Only the other values take bytes.
+    pub(super) fn changed(&mut self, base: usize, count: usize, others: &[(u32, [f32; 2])]) -> usize {
+        let positions: Vec<u8> = others.iter().flat_map(|(at, _)| at.to_le_bytes()).collect();
+        let values: Vec<u8> = others.iter().flat_map(|(_, value)| value.map(f32::to_le_bytes)).flatten().collect();
+        let (positions, values) = (self.file(&positions), self.file(&values));
+        let view = self.accessors[base]["bufferView"].clone();
+        self.accessor(json!({
+            "bufferView": view, "componentType": FLOAT, "count": count, "type": "VEC2",
+            "sparse": {
+                "count": others.len(),
+                "indices": { "bufferView": positions, "componentType": UNSIGNED_INT },
+                "values": { "bufferView": values },
+            },
+        }))
+    }
     /// Adds zeros for a number of vectors, and returns the index of the accessor. They take no bytes.
     pub(super) fn zeros(&mut self, count: usize) -> usize {
         let zeros = [0.0; 3];

@@ -2,28 +2,31 @@
 //! other morph targets and whatever else the file has stay.
 
 use super::glb::Buffer;
-use super::materials::Materials;
-use super::{Carrier, GltfError, TARGET, Textures, finite};
+use super::materials::{Materials, Sets};
+use super::{Carrier, GltfError, TARGET, Textures, v_down};
 use crate::map::displacement::MapKind;
+use crate::mesh::jagged::{Index, Ragged};
 use crate::source::gltf::{Block, Gltf, index, list};
 use glam::{DMat3, DVec3, Vec2, Vec3};
 use rustc_hash::FxHashMap;
 use serde_json::{Map as Object, Value, json};
 
 /// Accessors that the vertices of a block get.
-struct Added {
+struct Added<'a> {
+    block: &'a Block,
     normals: usize,
     samples: usize,
+    vertex_texels: Option<usize>,
     target: Value,
 }
 
 /// Writes the document of the source with, for each vertex of the surface, the normal that the map displaces along, the place
-/// where it samples the map, and the denoised position as the last morph target. `None` if the document cannot have that: a buffer
-/// has no bytes, or an animation gives weights to morph targets, whose number would be wrong.
+/// where it samples the map, and the denoised position as the last morph target. A primitive on several pages becomes one for each.
+/// `None` if the document cannot have that, see [`is_possible`], or if a view of it names no buffer.
 pub(super) fn glb(carrier: &Carrier, gltf: &Gltf, textures: Textures) -> Result<Option<Vec<u8>>, GltfError> {
     let Some((mut document, mut buffer)) = opened(gltf) else { return Ok(None) };
-    let set = next_set(&Value::Object(document.clone())).max(1);
-    let mut materials = Materials::continuing(&mut buffer, carrier, &mut document, set);
+    let sets = Sets::from(next_set(&Value::Object(document.clone())).max(1), carrier);
+    let mut materials = Materials::continuing(&mut buffer, carrier, &mut document, sets);
     materials.embed_images(&mut buffer, textures, carrier.relocate);
     let describes = carrier.map.entry.get("map").is_none_or(|kind| can_describe(gltf, kind));
     let mut added: FxHashMap<usize, Added> = FxHashMap::default();
@@ -45,32 +48,33 @@ pub(super) fn glb(carrier: &Carrier, gltf: &Gltf, textures: Textures) -> Result<
             continue;
         }
         targets_of_meshes.push(Some(own));
-        for primitive in mesh["primitives"].as_array_mut().into_iter().flatten().filter(|p| p.is_object()) {
+        let mut primitives = Vec::new();
+        for mut primitive in list(mesh, "primitives").to_vec() {
+            if !primitive.is_object() {
+                primitives.push(primitive);
+                continue;
+            }
             let position = index(&primitive["attributes"]["POSITION"]);
-            let target = match position.and_then(|i| added.get(&i)).filter(|_| is_surface(primitive)) {
-                Some(added) => {
-                    primitive["attributes"]["NORMAL"] = added.normals.into();
-                    // Sets are numbered from 0 without gaps.
-                    for k in 0..=set {
-                        let name = format!("TEXCOORD_{k}");
-                        if k == set || primitive["attributes"][&name].is_null() {
-                            primitive["attributes"][&name] = added.samples.into();
-                        }
-                    }
-                    if describes {
-                        primitive["material"] = materials.describe(index(&primitive["material"])).into();
-                    }
-                    added.target.clone()
-                }
-                None => {
-                    let count = position.and_then(|i| counts.get(i).copied()).unwrap_or(0);
-                    json!({ "POSITION": buffer.zeros(count) })
-                }
+            let Some(added) = position.and_then(|i| added.get(&i)).filter(|_| is_surface(&primitive)) else {
+                let count = position.and_then(|i| counts.get(i).copied()).unwrap_or(0);
+                add_target(&mut primitive, json!({ "POSITION": buffer.zeros(count) }));
+                primitives.push(primitive);
+                continue;
             };
-            let mut targets = list(primitive, "targets").to_vec();
-            targets.push(target);
-            primitive["targets"] = targets.into();
+            let material = index(&primitive["material"]).filter(|m| *m < list(gltf.document(), "materials").len());
+            for PagePrimitive { mut primitive, page, samples } in
+                divided(carrier, gltf, (primitive, added), &mut buffer)
+            {
+                primitive["attributes"]["NORMAL"] = added.normals.into();
+                set_samples(&mut primitive, sets, samples, added.vertex_texels);
+                if let Some(page) = page.filter(|_| describes) {
+                    primitive["material"] = materials.describe(material, page).into();
+                }
+                add_target(&mut primitive, added.target.clone());
+                primitives.push(primitive);
+            }
         }
+        mesh["primitives"] = primitives.into();
         let mut names: Vec<Value> = list(&mesh["extras"], "targetNames").to_vec();
         names.extend((names.len()..own).map(|k| format!("target-{k}").into()));
         names.truncate(own);
@@ -93,6 +97,78 @@ pub(super) fn glb(carrier: &Carrier, gltf: &Gltf, textures: Textures) -> Result<
     Ok(Some(buffer.finish(document)?))
 }
 
+/// Part of a primitive on one page.
+struct PagePrimitive {
+    primitive: Value,
+    /// Page of the faces; `None` if the primitive is not in the scene, so that its faces have no page.
+    page: Option<Index>,
+    /// Accessor of the places at which the vertices sample the page.
+    samples: usize,
+}
+
+/// Divides a primitive by the pages of its faces. One that lies on a single page stays as it is.
+fn divided(
+    carrier: &Carrier,
+    gltf: &Gltf,
+    (primitive, added): (Value, &Added),
+    buffer: &mut Buffer,
+) -> Vec<PagePrimitive> {
+    let Some(pages) = &carrier.pages else {
+        return vec![PagePrimitive { primitive, page: Some(0), samples: added.samples }];
+    };
+    let Some(faces) = gltf.faces(&primitive).filter(|faces| !faces.is_empty()) else {
+        return vec![PagePrimitive { primitive, page: None, samples: added.samples }];
+    };
+    let first = added.block.first as Index;
+    let corners = carrier.model.data().faces();
+    let of_page = Ragged::group(
+        pages.of_faces.parts().len(),
+        faces.map(|f| (pages.of_faces.of_face(f), [0, 1, 2].map(|k| corners.get(f)[k].position - first))),
+    );
+    let of_page: Vec<_> = (0..).zip(of_page.iter()).filter(|(_, triangles)| !triangles.is_empty()).collect();
+    let is_whole = of_page.len() == 1;
+    let part = |(page, triangles): (Index, &[[Index; 3]])| {
+        let mut primitive = primitive.clone();
+        if !is_whole {
+            primitive["indices"] = buffer.indices(triangles, added.block.values().len()).into();
+            primitive["mode"] = 4.into();
+        }
+        let mut drawn = triangles.as_flattened().to_vec();
+        drawn.sort_unstable();
+        drawn.dedup();
+        let copy = |v: Index| Some((v, v_down(*pages.copies.get(&[page, first + v])?)));
+        let copies: Vec<_> = drawn.into_iter().filter_map(copy).collect();
+        let samples = match copies.as_slice() {
+            [] => added.samples,
+            copies => buffer.changed(added.samples, added.block.values().len(), copies),
+        };
+        PagePrimitive { primitive, page: Some(page), samples }
+    };
+    of_page.into_iter().map(part).collect()
+}
+
+/// Gives the vertices of a primitive the places at which they sample the maps.
+fn set_samples(primitive: &mut Value, sets: Sets, samples: usize, vertex_texels: Option<usize>) {
+    let attributes = &mut primitive["attributes"];
+    // Sets are numbered from 0 without gaps.
+    for k in 0..=sets.samples {
+        let name = format!("TEXCOORD_{k}");
+        if k == sets.samples || attributes[&name].is_null() {
+            attributes[&name] = samples.into();
+        }
+    }
+    if let Some(texels) = vertex_texels {
+        attributes[format!("TEXCOORD_{}", sets.vertices)] = texels.into();
+    }
+}
+
+/// Adds a morph target to a primitive.
+fn add_target(primitive: &mut Value, target: Value) {
+    let mut targets = list(primitive, "targets").to_vec();
+    targets.push(target);
+    primitive["targets"] = targets.into();
+}
+
 /// Returns whether the map can be described to clients, which displace in the numbers of the file: heights need meshes that their
 /// nodes do not scale, vectors in object space meshes that they do not turn either.
 fn can_describe(gltf: &Gltf, kind: &Value) -> bool {
@@ -103,13 +179,18 @@ fn can_describe(gltf: &Gltf, kind: &Value) -> bool {
     })
 }
 
+/// Returns whether the document can have another morph target: an animation that gives weights to morph targets would have too few.
+pub(super) fn is_possible(gltf: &Gltf) -> bool {
+    let animates = |a: &Value| list(a, "channels").iter().any(|c| c["target"]["path"] == "weights");
+    gltf.document().is_object() && !list(gltf.document(), "animations").iter().any(animates)
+}
+
 /// Document of the source without its buffers, and one buffer with all of their bytes.
 fn opened(gltf: &Gltf) -> Option<(Object<String, Value>, Buffer)> {
-    let mut document = gltf.document().as_object()?.clone();
-    let animates = |a: &Value| list(a, "channels").iter().any(|c| c["target"]["path"] == "weights");
-    if list(gltf.document(), "animations").iter().any(animates) {
+    if !is_possible(gltf) {
         return None;
     }
+    let mut document = gltf.document().as_object()?.clone();
     let (mut bytes, mut starts) = (Vec::new(), Vec::new());
     for i in 0..list(gltf.document(), "buffers").len() {
         bytes.resize(usize::next_multiple_of(bytes.len(), 4), 0);
@@ -161,7 +242,7 @@ fn with_weight(of: &Value, own: usize, lambda: f64) -> Value {
 }
 
 /// Adds what the vertices of a block get.
-fn add(carrier: &Carrier, gltf: &Gltf, block: &Block, buffer: &mut Buffer) -> Result<Added, GltfError> {
+fn add<'a>(carrier: &Carrier, gltf: &Gltf, block: &'a Block, buffer: &mut Buffer) -> Result<Added<'a>, GltfError> {
     let vertex_of = carrier.model.weld().vertex_of();
     let (mut normals, mut samples, mut moves, mut turns) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let unit = |n: DVec3| block.local_normal(n).try_normalize().unwrap_or(DVec3::Z);
@@ -174,8 +255,7 @@ fn add(carrier: &Carrier, gltf: &Gltf, block: &Block, buffer: &mut Buffer) -> Re
             n => unit(n).as_vec3(),
         };
         normals.push(normal.to_array());
-        let sample = carrier.sample_at[source].map_or(Vec2::ZERO, |p| Vec2::new(p.x, 1.0 - p.y));
-        samples.push(finite(sample));
+        samples.push(carrier.sample_at[source].map_or([0.0; 2], v_down));
         let stored = block.stored(gltf, k);
         let is_placed = carrier.model.data().unplaced().binary_search(&(source as u32)).is_err();
         let change = if is_placed { block.local(carrier.denoised[v]) - stored } else { DVec3::ZERO };
@@ -186,5 +266,9 @@ fn add(carrier: &Carrier, gltf: &Gltf, block: &Block, buffer: &mut Buffer) -> Re
         return Err(GltfError::NotFinite);
     }
     let target = json!({ "POSITION": buffer.attribute(&moves), "NORMAL": buffer.attribute(&turns) });
-    Ok(Added { normals: buffer.attribute(&normals), samples: buffer.attribute(&samples), target })
+    let texels =
+        |texels: &[Vec2]| buffer.attribute(&texels[block.values()].iter().copied().map(v_down).collect::<Vec<_>>());
+    let vertex_texels = carrier.vertex_texels.map(texels);
+    let (normals, samples) = (buffer.attribute(&normals), buffer.attribute(&samples));
+    Ok(Added { block, normals, samples, vertex_texels, target })
 }

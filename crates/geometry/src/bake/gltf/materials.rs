@@ -16,6 +16,9 @@ const ROUGHNESS: f64 = 0.8;
 
 const CLAMP_TO_EDGE: u32 = 33071;
 
+/// Number that is no page's.
+const ANY_PAGE: Index = Index::MAX;
+
 /// Media type of an image file, by its first bytes.
 pub(super) fn media_type(bytes: &[u8]) -> &'static str {
     match bytes {
@@ -41,6 +44,22 @@ fn is_texture(media_type: &str) -> bool {
     matches!(media_type, "image/png" | "image/jpeg")
 }
 
+/// Sets of texture coordinates of a document.
+#[derive(Clone, Copy)]
+pub(super) struct Sets {
+    /// Set at which the displacement map is sampled.
+    pub(super) samples: usize,
+    /// Set at which shading maps with one texel for each source vertex are sampled.
+    pub(super) vertices: usize,
+}
+
+impl Sets {
+    /// The sets of planish from a free one on.
+    pub(super) fn from(free: usize, carrier: &Carrier) -> Self {
+        Self { samples: free, vertices: free + usize::from(carrier.vertex_texels.is_some()) }
+    }
+}
+
 /// Lists of materials, textures, images and samplers of a document.
 pub(super) struct Materials<'a> {
     carrier: &'a Carrier<'a>,
@@ -54,8 +73,10 @@ pub(super) struct Materials<'a> {
     textures: Vec<Value>,
     images: Vec<Value>,
     samplers: Vec<Value>,
-    /// Set of texture coordinates at which the displacement map is sampled.
-    set: usize,
+    /// Sets of texture coordinates at which the maps of planish are sampled.
+    sets: Sets,
+    /// Materials of the document that describe the maps, by their index in the source, `None` for the default one, and the page.
+    described: FxHashMap<(Option<usize>, Index), usize>,
     /// Textures by file name; `None` if the file does not exist or glTF does not allow its type.
     known: FxHashMap<String, Option<usize>>,
     /// Materials of the libraries by their name; if several define one, the first counts.
@@ -71,19 +92,31 @@ impl<'a> Materials<'a> {
         for material in carrier.materials {
             defined.entry(material.name.as_str()).or_insert(material);
         }
-        let occlusion = None;
-        let mut new =
-            Self { carrier, files, extras, occlusion, materials, textures, images, samplers, set: 1, known, defined };
+        let (occlusion, sets, described) = (None, Sets::from(1, carrier), FxHashMap::default());
+        let mut new = Self {
+            carrier,
+            files,
+            extras,
+            occlusion,
+            materials,
+            textures,
+            images,
+            samplers,
+            sets,
+            described,
+            known,
+            defined,
+        };
         new.add_maps(buffer);
         new
     }
 
-    /// Adds the displacement map to the lists of a document, at a set of texture coordinates.
+    /// Adds the displacement map to the lists of a document, at sets of texture coordinates that it does not have.
     pub(super) fn continuing(
         buffer: &mut Buffer,
         carrier: &'a Carrier,
         document: &mut Object<String, Value>,
-        set: usize,
+        sets: Sets,
     ) -> Self {
         let mut take = |name: &str| match document.remove(name) {
             Some(Value::Array(list)) => list,
@@ -92,19 +125,61 @@ impl<'a> Materials<'a> {
         let (materials, textures, images) = (take("materials"), take("textures"), take("images"));
         let (samplers, extras) = (take("samplers"), Vec::new());
         let (known, defined) = (FxHashMap::default(), FxHashMap::default());
-        let (files, occlusion) = (None, None);
-        let mut new =
-            Self { carrier, files, extras, occlusion, materials, textures, images, samplers, set, known, defined };
+        let (files, occlusion, described) = (None, None, FxHashMap::default());
+        let mut new = Self {
+            carrier,
+            files,
+            extras,
+            occlusion,
+            materials,
+            textures,
+            images,
+            samplers,
+            sets,
+            described,
+            known,
+            defined,
+        };
         new.add_maps(buffer);
         new
     }
 
-    /// Describes the maps in a material of the document, or in a new one for `None`, and returns its index.
-    pub(super) fn describe(&mut self, material: Option<usize>) -> usize {
-        let material = material.filter(|m| *m < self.materials.len()).unwrap_or_else(|| {
-            self.materials.push(json!({ "name": CARRIER_MATERIAL }));
-            self.materials.len() - 1
-        });
+    /// Describes the maps of a page in a material of the document, or in a new one for `None`, and returns its index. The first page
+    /// of a material is described in itself, each other one in a copy.
+    pub(super) fn describe(&mut self, material: Option<usize>, page: Index) -> usize {
+        if let Some(known) = self.described.get(&(material, page)) {
+            return *known;
+        }
+        let first = self.described.get(&(material, ANY_PAGE)).copied();
+        let entry = match (first, material) {
+            (Some(first), _) => {
+                let mut copy = self.materials[first].clone();
+                self.rename(&mut copy, page);
+                self.materials.push(copy);
+                self.materials.len() - 1
+            }
+            (None, Some(material)) => material,
+            (None, None) => {
+                self.materials.push(json!({ "name": CARRIER_MATERIAL }));
+                self.materials.len() - 1
+            }
+        };
+        self.described.entry((material, ANY_PAGE)).or_insert(entry);
+        self.described.insert((material, page), entry);
+        self.describe_in(entry, page);
+        entry
+    }
+
+    /// Gives a copy of a material the name of its page in addition.
+    fn rename(&self, copy: &mut Value, page: Index) {
+        let part = self.carrier.pages.as_ref().map(|pages| &pages.of_faces.parts()[page as usize]);
+        if let (Some(part), Some(name)) = (part, copy["name"].as_str()) {
+            copy["name"] = format!("{name}.{part}").into();
+        }
+    }
+
+    /// Describes the maps of a page in a material.
+    fn describe_in(&mut self, material: usize, page: Index) {
         let entry = &mut self.materials[material];
         if !entry.is_object() {
             *entry = json!({});
@@ -112,13 +187,20 @@ impl<'a> Materials<'a> {
         if !entry["extras"].is_object() {
             entry["extras"] = json!({});
         }
-        entry["extras"]["planish"] = self.extras[0].clone();
+        let own_set = entry["pbrMetallicRoughness"]["baseColorTexture"]["texCoord"].as_u64().unwrap_or(0);
+        let mut extras = self.extras[page as usize].clone();
+        if own_set != 0 {
+            for name in ["normalMap", "occlusion", "curvature"] {
+                if let Some(map) = extras.get_mut(name).and_then(Value::as_object_mut) {
+                    map.entry("texCoord").or_insert(own_set.into());
+                }
+            }
+        }
+        entry["extras"]["planish"] = extras;
         // A map that the artist made stays.
         if let Some(texture) = self.occlusion.filter(|_| entry["occlusionTexture"].is_null()) {
-            let set = entry["pbrMetallicRoughness"]["baseColorTexture"]["texCoord"].as_u64().unwrap_or(0);
-            entry["occlusionTexture"] = json!({ "index": texture, "texCoord": set });
+            entry["occlusionTexture"] = json!({ "index": texture, "texCoord": own_set });
         }
-        material
     }
 
     /// Takes the files of images into the buffer, as far as `files` has them; the others keep their names, from the folder of
@@ -162,14 +244,14 @@ impl<'a> Materials<'a> {
     }
 
     /// Adds a map of shading and returns the index of its texture and its description. Where it has a texel for each vertex, it is
-    /// sampled like the displacement map; else at the texture coordinates of the mesh.
+    /// sampled at a set of its own; else at the texture coordinates of the mesh.
     fn shading(&mut self, buffer: &mut Buffer, map: &ShadingMap) -> (usize, Value) {
         let name = map.entry.get("file").and_then(Value::as_str).unwrap_or("shading");
         let image = self.image(buffer, name, map.bytes);
         let mut entry = Object::new();
         let texture = if map.layout == Layout::Vertex {
             self.samplers.push(sampler(Filter::Nearest));
-            entry.insert("texCoord".to_owned(), self.set.into());
+            entry.insert("texCoord".to_owned(), self.sets.vertices.into());
             self.texture(json!({ "sampler": self.samplers.len() - 1, "source": image }))
         } else {
             self.texture(json!({ "source": image }))
@@ -196,7 +278,7 @@ impl<'a> Materials<'a> {
             entry.insert("bufferView".to_owned(), buffer.file(map.bytes).into());
         }
         entry.insert("mimeType".to_owned(), media_type.into());
-        entry.insert("texCoord".to_owned(), self.set.into());
+        entry.insert("texCoord".to_owned(), self.sets.samples.into());
         entry.extend(map.entry.clone());
         entry.into()
     }

@@ -4,6 +4,8 @@ use super::*;
 use crate::map::displacement::{PageSample, SampleAt, Weights};
 use crate::map::manifest::PageEntry;
 use crate::map::pages::{PageRule, Part};
+use crate::source::Source;
+use crate::source::format::Format;
 use glam::{Vec2, Vec3};
 use serde_json::Value;
 
@@ -11,7 +13,7 @@ fn laplacian() -> BakeTarget {
     Denoiser::Laplacian(Laplacian::default()).into()
 }
 
-fn paged(pages: PageRule) -> BakeSettings {
+pub(super) fn paged(pages: PageRule) -> BakeSettings {
     BakeSettings { target: laplacian(), pages, ..small() }
 }
 
@@ -36,7 +38,7 @@ fn model(arrays: Arrays) -> Model {
 }
 
 /// Meshes with several pages, the rule, and the names of the pages.
-fn meshes() -> Vec<(&'static str, Model, PageRule, Vec<&'static str>)> {
+pub(super) fn meshes() -> Vec<(&'static str, Model, PageRule, Vec<&'static str>)> {
     let inside = |p: DVec2| DVec2::new(p.x, 0.05 + 0.9 * p.y);
     let two = move |p: DVec2| inside(p) * DVec2::new(2.0, 1.0);
     let sheet_in_two_tiles = sheet_with_uvs(|p| if p.x < 0.3 { p } else { p + DVec2::X });
@@ -65,7 +67,7 @@ fn meshes() -> Vec<(&'static str, Model, PageRule, Vec<&'static str>)> {
     ]
 }
 
-fn decoded(bundle: &Bundle) -> Vec<Displacement> {
+pub(super) fn decoded(bundle: &Bundle) -> Vec<Displacement> {
     let entry = &bundle.manifest.displacement;
     let decode = |page: &PageEntry| {
         Displacement::decode(bytes_of(bundle, &page.file), entry.map, page.size(), entry.encoding()).unwrap()
@@ -188,32 +190,54 @@ fn a_page_without_room_is_named() {
     assert_eq!((bundle.manifest.displacement.layout, bundle.manifest.pages.is_none()), (Layout::Vertex, true));
 }
 
-/// Values of an accessor of a binary glTF file.
-fn accessor<const N: usize>(glb: &[u8], document: &Value, index: &Value) -> Vec<[f32; N]> {
+/// Values of an accessor of a binary glTF file, which may be sparse.
+pub(super) fn accessor<const N: usize>(glb: &[u8], document: &Value, index: &Value) -> Vec<[f32; N]> {
     let at = |value: &Value| value.as_u64().unwrap_or(0) as usize;
     let entry = &document["accessors"][at(index)];
-    let start = 28
-        + u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize
-        + at(&document["bufferViews"][at(&entry["bufferView"])]["byteOffset"]);
-    let float = |i: usize| f32::from_le_bytes(glb[start + 4 * i..start + 4 * i + 4].try_into().unwrap());
-    (0..at(&entry["count"])).map(|k| std::array::from_fn(|i| float(N * k + i))).collect()
+    let start = |view: &Value| {
+        let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
+        28 + length + at(&document["bufferViews"][at(view)]["byteOffset"])
+    };
+    let word = |view: &Value, i: usize| glb[start(view) + 4 * i..start(view) + 4 * i + 4].try_into().unwrap();
+    let value = |view: &Value, k: usize| std::array::from_fn(|i| f32::from_le_bytes(word(view, N * k + i)));
+    let mut values: Vec<[f32; N]> = (0..at(&entry["count"])).map(|k| value(&entry["bufferView"], k)).collect();
+    let sparse = &entry["sparse"];
+    for k in 0..at(&sparse["count"]) {
+        let changed = u32::from_le_bytes(word(&sparse["indices"]["bufferView"], k)) as usize;
+        values[changed] = value(&sparse["values"]["bufferView"], k);
+    }
+    values
 }
 
 /// Vertices that the primitives of a glTF file draw.
-fn drawn(glb: &[u8], document: &Value, primitive: &Value) -> Vec<usize> {
+pub(super) fn drawn(glb: &[u8], document: &Value, primitive: &Value) -> Vec<usize> {
     let at = |value: &Value| value.as_u64().unwrap_or(0) as usize;
     let entry = &document["accessors"][at(&primitive["indices"])];
-    assert_eq!(entry["componentType"], 5123);
     let start = 28
         + u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize
         + at(&document["bufferViews"][at(&entry["bufferView"])]["byteOffset"]);
-    let index = |i: usize| u16::from_le_bytes(glb[start + 2 * i..start + 2 * i + 2].try_into().unwrap()).into();
-    (0..at(&entry["count"])).map(index).collect()
+    let bytes = &glb[start..];
+    let count = at(&entry["count"]);
+    match at(&entry["componentType"]) {
+        5123 => bytes.as_chunks().0[..count].iter().map(|i| u16::from_le_bytes(*i).into()).collect(),
+        5125 => bytes.as_chunks().0[..count].iter().map(|i| u32::from_le_bytes(*i) as usize).collect(),
+        other => panic!("{other}"),
+    }
+}
+
+/// The mesh as it is after it went through a glTF file.
+pub(super) fn as_gltf(model: &Model, change: impl FnOnce(&mut Value)) -> Model {
+    let source = model.source();
+    let text = source.written_as(Format::Gltf, source.data().positions(), None).bytes;
+    let mut document = serde_json::from_slice(&text).unwrap();
+    change(&mut document);
+    Model::new(Source::parse(document.to_string().into_bytes(), Some(Format::Gltf)).unwrap(), Welding::Exact)
 }
 
 #[test]
 fn every_primitive_of_the_gltf_file_samples_its_own_page() {
-    for (name, model, rule, parts) in meshes() {
+    let own = meshes().into_iter().map(|(name, model, rule, parts)| (name, as_gltf(&model, |_| ()), rule, parts));
+    for (name, model, rule, parts) in meshes().into_iter().chain(own) {
         let bundle = bake_of(&model, &paged(rule));
         let (manifest, images) = (&bundle.manifest, decoded(&bundle));
         let glb = bytes_of(&bundle, "sheet.glb");

@@ -2,7 +2,7 @@
 
 use super::accessor::Accessor;
 use super::container::Container;
-use super::{Block, Gltf, index, list, materials, scene};
+use super::{Block, Gltf, PrimitiveKey, TRIANGLES, index, list, materials, scene};
 use crate::mesh::jagged::Index;
 use crate::source::Corner;
 use crate::source::colours;
@@ -10,12 +10,12 @@ use crate::source::mesh_data::MaterialRun;
 use crate::source::mesh_file::Builder;
 use crate::source::read_error::{Place, ReadError, ReadErrorKind};
 use glam::{DAffine3, DVec2, DVec3};
-use rustc_hash::FxHashSet;
+use rustc_hash::FxHashMap;
 use serde_json::Value;
+use std::ops::Range;
 
 const POINTS: u64 = 0;
 const LINES: [u64; 3] = [1, 2, 3];
-const TRIANGLES: u64 = 4;
 const STRIP: u64 = 5;
 const FAN: u64 = 6;
 
@@ -31,17 +31,17 @@ pub(super) fn parse(bytes: Vec<u8>, beside: &dyn Fn(&str) -> Option<Vec<u8>>) ->
         coloured: true,
         faces: 0,
         indices: Vec::new(),
-        read: FxHashSet::default(),
+        read: FxHashMap::default(),
     };
     let whole = |kind: ReadErrorKind| kind.at(Place::File);
     reader.read().and_then(|()| reader.check_overlaps()).map_err(whole)?;
-    let Reader { mut builder, positions, normals, coloured, .. } = reader;
+    let Reader { mut builder, positions, normals, coloured, read, .. } = reader;
     if !coloured {
         builder.data.colours = Vec::new();
     }
     builder.data.materials = materials::names(&document);
     let (data, notes) = builder.finish().map_err(whole)?;
-    Ok(Gltf { container, document, data, positions, normals, notes })
+    Ok(Gltf { container, document, data, positions, normals, faces: read, notes })
 }
 
 struct Reader<'a> {
@@ -58,8 +58,8 @@ struct Reader<'a> {
     faces: u64,
     /// Accessors of indices, with their numbers in the document.
     indices: Vec<(usize, Accessor)>,
-    /// Positions, indices and mode of the primitives that were read.
-    read: FxHashSet<(usize, Option<usize>, u64)>,
+    /// Faces of each primitive that was read.
+    read: FxHashMap<PrimitiveKey, Range<Index>>,
 }
 
 /// Values that the vertices of a primitive have: the index of the first one in the mesh data, and their number.
@@ -87,7 +87,8 @@ impl Reader<'_> {
                     return Err(at("it has no `POSITION`".to_owned()));
                 };
                 // Some programs write an instance as a mesh of its own that shares all numbers.
-                if !self.read.insert((position, index(&primitive["indices"]), mode)) {
+                let key = (position, index(&primitive["indices"]), mode);
+                if self.read.contains_key(&key) {
                     shared += 1;
                     continue;
                 }
@@ -99,7 +100,9 @@ impl Reader<'_> {
                         return Err(at(format!("it has fewer {name} than positions")));
                     }
                 }
+                let first_face = self.builder.data.faces.len() as Index;
                 self.faces(primitive, mode, (first, count), [uvs, normals])?;
+                self.read.insert(key, first_face..self.builder.data.faces.len() as Index);
             }
         }
         if shared > 0 {
