@@ -2,6 +2,7 @@
 //! test of this package call them.
 
 mod corpus;
+mod files;
 mod mutate;
 mod small_mesh;
 
@@ -9,13 +10,16 @@ pub use corpus::{corpus, pieces};
 pub use mutate::Mutator;
 
 use glam::{DVec3, Vec2};
-use planish_geometry::bake::{self, BakeSettings, BakeTarget, Bundle, BundleNames, SideFiles, WrittenFiles};
+use planish_geometry::bake::{
+    self, BakeSettings, BakeTarget, Bundle, BundleNames, LargestSide, SideFiles, WrittenFiles,
+};
 use planish_geometry::denoise::limits::Mask;
 use planish_geometry::denoise::{Denoiser, Laplacian};
 use planish_geometry::map::Size;
 use planish_geometry::map::displace;
 use planish_geometry::map::displacement::{Displacement, Encoding, MapKind, TexelFormat};
 use planish_geometry::map::manifest::{self, Manifest, Method};
+use planish_geometry::map::pages::PageRule;
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Silent;
 use planish_geometry::source::format::Format;
@@ -38,7 +42,7 @@ pub struct Target {
 }
 
 /// All targets.
-pub const TARGETS: [Target; 12] = [
+pub const TARGETS: [Target; 14] = [
     Target { name: "obj", run: obj, base: 1 << 20, factor: 400 },
     // JSON takes more memory than text of numbers.
     Target { name: "mesh", run: mesh, base: 64 << 20, factor: 2000 },
@@ -50,6 +54,9 @@ pub const TARGETS: [Target; 12] = [
     // The decoder reads the directory by limits of its own, 256 MiB, before it can be told others.
     Target { name: "tiff", run: tiff, base: 320 << 20, factor: 100 },
     Target { name: "mask", run: mask, base: 1 << 20, factor: 100 },
+    Target { name: "weights", run: files::weights, base: 1 << 20, factor: 100 },
+    // A byte of gzip can stand for a thousand values of one byte each, which become four.
+    Target { name: "nrrd", run: files::nrrd, base: 16 << 20, factor: 6000 },
     Target { name: "settings", run: settings, base: 1 << 20, factor: 400 },
     Target { name: "bake", run: bake, base: 256 << 20, factor: 0 },
     Target { name: "bundle", run: bundle, base: 256 << 20, factor: 400 },
@@ -120,14 +127,22 @@ pub fn gltf_bake(data: &[u8]) {
         return;
     }
     let target = Denoiser::Laplacian(Laplacian { iterations: 1, ..Laplacian::default() }).into();
-    let settings = BakeSettings { target, layout: bake::LayoutChoice::Vertex, ..BakeSettings::default() };
+    let vertex = BakeSettings { target, layout: bake::LayoutChoice::Vertex, ..BakeSettings::default() };
+    let pages = BakeSettings {
+        layout: bake::LayoutChoice::Auto,
+        pages: PageRule::Material,
+        largest_side: LargestSide(64),
+        ..vertex.clone()
+    };
     let library = model.source().file().map(MeshFile::embedded_library).unwrap_or_default();
     let texture = |name: &str| model.source().file()?.embedded_texture(name);
     let side_files = SideFiles { libraries: &[library], texture: &texture, ..SideFiles::NONE };
-    let Ok(bundle) = bake::bake(&model, &names(), side_files, &settings, &Silent) else { return };
-    let glb = bundle.manifest.carrier.glb.as_deref().map(|name| bytes_of(&bundle, name).to_vec());
-    let glb = glb.map(|bytes| Source::parse(bytes, Some(Format::Glb)).expect("a carrier can be read"));
-    assert!(glb.is_none_or(|mesh| mesh.format() == Format::Glb));
+    for settings in [vertex, pages] {
+        let Ok(bundle) = bake::bake(&model, &names(), side_files, &settings, &Silent) else { continue };
+        let glb = bundle.manifest.carrier.glb.as_deref().map(|name| bytes_of(&bundle, name).to_vec());
+        let glb = glb.map(|bytes| Source::parse(bytes, Some(Format::Glb)).expect("a carrier can be read"));
+        assert!(glb.is_none_or(|mesh| mesh.format() == Format::Glb));
+    }
 }
 
 /// Reads a material library, and writes that of a carrier.

@@ -132,6 +132,26 @@ fn meshes(is_gltf: bool) -> Vec<Vec<u8>> {
     all
 }
 
+/// Volumes in NRRD files with and without compression, in several types.
+fn volumes() -> Vec<Vec<u8>> {
+    let values: Vec<u8> = (0..96).collect();
+    let packed = planish_files::compression::compressed(&values);
+    let header = |fields: &str| format!("NRRD0005\n# made by the tests\ndimension: 3\nsizes: 3 4 2\n{fields}\n\n");
+    [
+        ("type: float\nencoding: raw\nendian: little\nspacings: 1 nan 2.5", &values),
+        (
+            "type: uint\nencoding: gzip\nendian: big\nspace directions: (1,0,0) (0,1,0) (0,0,2)\nspace origin: (1,2,3)",
+            &packed,
+        ),
+        ("type: int32\nencoding: gz\nendian: little\nbyte skip: 0\nline skip: 0\nmy key:=any value", &packed),
+        ("type: uchar\nencoding: raw\nbyteskip: -1\nlineskip: 1", &values),
+        ("type: float\nencoding: raw\nendian: little\ndata file: values.raw", &Vec::new()),
+    ]
+    .iter()
+    .map(|(fields, body)| [header(fields).as_bytes(), body].concat())
+    .collect()
+}
+
 /// Inputs for a target, by its name.
 pub fn corpus(target: &str) -> Vec<Vec<u8>> {
     let text = |texts: &[&str]| texts.iter().map(|text| text.as_bytes().to_vec()).collect::<Vec<_>>();
@@ -156,6 +176,8 @@ pub fn corpus(target: &str) -> Vec<Vec<u8>> {
         "exr" => vec![image(TexelFormat::Exr16), image(TexelFormat::Exr32)],
         "tiff" => vec![image(TexelFormat::Tiff16), image(TexelFormat::Tiff32)],
         "mask" => text(&["7 12-40 # nose\n99", "boundary", "1\t2\r\n3-3"]),
+        "weights" => text(&["0 0.5 1 0.25", "1\n0\t1e-3\r\n.5 ", "0 0 0 nan"]),
+        "nrrd" => volumes(),
         "settings" => {
             let settings =
                 Denoiser::every().map(|denoiser| BakeSettings { target: denoiser.into(), ..BakeSettings::default() });

@@ -57,6 +57,9 @@ pub(super) fn read(path: &Path, trust: Trust) -> Result<VolumeFile, Failure> {
     let unpacked;
     let body = if layout.is_compressed {
         let skipped = layout.byte_skip.unwrap_or(0) as u64;
+        if skipped > LARGEST {
+            return Err(failed(format!("skips {skipped} bytes; at most {LARGEST} are unpacked")));
+        }
         unpacked = compression::decompressed_to(body, expected.saturating_add(skipped));
         unpacked.as_deref().map_err(|e| match e {
             compression::CompressionError::TooLarge => {
