@@ -243,8 +243,8 @@ pub fn vertex_place(source: &Source, vertex: Index) -> String {
     }
 }
 
-/// Reads a text file of source vertices, such as `7 12-40`, for a mesh that has `source_vertices` of them.
-pub fn mask(path: &Path, source_vertices: usize) -> Result<Mask, Failure> {
+/// Reads a text file of source vertices that stay, such as `7 12-40`, for a mesh that has `source_vertices` of them.
+pub fn fixed_vertices(path: &Path, source_vertices: usize) -> Result<Mask, Failure> {
     let text = String::from_utf8(read(path)?);
     let text = text.map_err(|_| Failure::at(path, "is not a text file with numbers of `v` lines"))?;
     Mask::parse(&text, source_vertices).map_err(|e| Failure::at(path, e))

@@ -274,8 +274,8 @@ fn take(app: &mut App, purpose: FilePurpose, path: &Path) {
     match purpose {
         FilePurpose::Clean if is_mesh => app.compare_with(path),
         FilePurpose::Target if is_mesh => app.choices.bake_config.target = Some(path.to_owned()),
-        FilePurpose::Mask if !is_mesh => app.choices.bake_config.limits.mask = Some(path.to_owned()),
-        FilePurpose::Weights => app.open_mask(path),
+        FilePurpose::FixedVertices if !is_mesh => app.choices.bake_config.limits.fixed_file = Some(path.to_owned()),
+        FilePurpose::Mask => app.open_mask(path),
         FilePurpose::Environment => {
             let Ok(source) = crate::environment::parse_source(&path.to_string_lossy());
             app.choices.view.environment.get_or_insert_default().source = source;

@@ -68,7 +68,7 @@ impl LimitArgs {
         for fix in &self.fix {
             fixed = fixed.and(match fix {
                 Fix::Boundary => Mask::boundary(),
-                Fix::File(path) => input::mask(path, mesh.positions().len())?,
+                Fix::File(path) => input::fixed_vertices(path, mesh.positions().len())?,
             });
         }
         let volume = if self.preserve_volume { Volume::Preserve } else { Volume::Free };

@@ -36,15 +36,15 @@ pub struct LimitOptions {
     /// Whether vertices on the boundary are fixed.
     pub boundary: bool,
     /// Text file that lists the `v` lines of fixed vertices.
-    pub mask: Option<PathBuf>,
+    pub fixed_file: Option<PathBuf>,
     /// Fixed vertices that a manifest lists, as `v` lines.
-    pub lines: Mask,
+    pub fixed: Mask,
     /// Largest displacement of a vertex, mean edge lengths; none without a limit.
     pub max_displacement: Option<f64>,
     /// Whether the enclosed volume is restored.
     pub preserve_volume: bool,
     /// How far each vertex may go, as a manifest says.
-    pub weights: Option<WeightMask>,
+    pub mask: Option<WeightMask>,
     /// Direction along which vertices move, as a manifest says.
     pub direction: Option<Direction>,
 }
@@ -54,25 +54,25 @@ impl LimitOptions {
         let boundary = limits.fixed == Mask::boundary();
         Self {
             boundary,
-            mask: None,
-            lines: if boundary { Mask::default() } else { limits.fixed.clone() },
+            fixed_file: None,
+            fixed: if boundary { Mask::default() } else { limits.fixed.clone() },
             max_displacement: limits.max_displacement,
             preserve_volume: limits.volume == Volume::Preserve,
-            weights: limits.mask.clone(),
+            mask: limits.mask.clone(),
             direction: limits.direction,
         }
     }
 
     fn limits(&self, v_lines: usize) -> Result<Limits, Failure> {
-        let mut fixed = self.lines.clone();
+        let mut fixed = self.fixed.clone();
         if self.boundary {
             fixed = fixed.and(Mask::boundary());
         }
-        if let Some(path) = &self.mask {
-            fixed = fixed.and(input::mask(path, v_lines)?);
+        if let Some(path) = &self.fixed_file {
+            fixed = fixed.and(input::fixed_vertices(path, v_lines)?);
         }
         let volume = if self.preserve_volume { Volume::Preserve } else { Volume::Free };
-        let (mask, direction) = (self.weights.clone(), self.direction);
+        let (mask, direction) = (self.mask.clone(), self.direction);
         Ok(Limits { fixed, max_displacement: self.max_displacement, volume, mask, direction })
     }
 }
@@ -175,14 +175,14 @@ impl BakeConfig {
         if self.limits.boundary {
             add("fix", "boundary".to_owned());
         }
-        if let Some(mask) = &self.limits.mask {
-            add("fix", mask.display().to_string());
+        if let Some(path) = &self.limits.fixed_file {
+            add("fix", path.display().to_string());
         }
         if let Some(d) = self.limits.max_displacement {
             add("max-displacement", d.to_string());
         }
-        if let Some(weights) = &self.limits.weights {
-            add("mask", weights.from.clone());
+        if let Some(mask) = &self.limits.mask {
+            add("mask", mask.from.clone());
         }
         if let Some(direction) = self.limits.direction {
             add("direction", direction.to_string());
@@ -194,9 +194,9 @@ impl BakeConfig {
         let words = self.arguments(input, folder);
         let mut all: Vec<String> = vec!["planish".to_owned()];
         all.extend(words.iter().map(|word| quoted(word)));
-        if self.target.is_none() && !self.limits.lines.is_empty() {
+        if self.target.is_none() && !self.limits.fixed.is_empty() {
             // The command line takes them from a file, which a shell can make on the way.
-            all.push(format!("--fix <(echo {})", quoted(&String::from(self.limits.lines.clone()))));
+            all.push(format!("--fix <(echo {})", quoted(&String::from(self.limits.fixed.clone()))));
         }
         all.join(" ")
     }

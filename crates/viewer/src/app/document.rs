@@ -201,7 +201,7 @@ pub fn bake(
     folder: &Path,
     progress: &dyn Progress,
 ) -> Result<Map, Failure> {
-    let read: Vec<PathBuf> = bake_config.limits.mask.iter().cloned().collect();
+    let read: Vec<PathBuf> = bake_config.limits.fixed_file.iter().cloned().collect();
     let job = Job { input: &document.mesh, model: &document.model, folder, protected: &read, trust: document.trust };
     let mut scene = (*document.scene).clone();
     let settings = bake_config.settings(&job)?;

@@ -223,7 +223,7 @@ impl App {
         let file = self.painter.file.get_or_insert_with(|| file_for(&document.mesh));
         let weights = Weights::new(&document.model.weld().spread(weights));
         let mask = WeightMask { from: format!("weights:{}", file.display()), weights };
-        self.choices.bake_config.limits.weights = Some(mask).filter(|mask| !mask.weights.is_empty());
+        self.choices.bake_config.limits.mask = Some(mask).filter(|mask| !mask.weights.is_empty());
         // Masks are kept in steps.
         self.painter.weights = None;
         self.follow_mask();
@@ -242,7 +242,7 @@ impl App {
     /// Brings the weights that are shown up to date with the mask that is chosen, which undo may have changed.
     fn follow_mask(&mut self) {
         let Some(document) = &self.document else { return };
-        let mask = &self.choices.bake_config.limits.weights;
+        let mask = &self.choices.bake_config.limits.mask;
         let painter = &mut self.painter;
         if painter.stroke.is_none() && (painter.weights.is_none() || painter.of != *mask) {
             painter.weights = Some(Arc::new(weights_of(document, mask.as_ref())));
@@ -301,7 +301,7 @@ impl App {
     pub(super) fn take_mask(&mut self, mesh: &Path, mask: WeightMask) {
         if self.document.as_ref().is_some_and(|document| document.mesh == mesh) {
             self.say(MessageKind::Done, format!("the mask is {}", mask.from));
-            self.choices.bake_config.limits.weights = Some(mask);
+            self.choices.bake_config.limits.mask = Some(mask);
         }
     }
 

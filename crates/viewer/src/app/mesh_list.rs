@@ -138,7 +138,7 @@ impl App {
 fn of_any_mesh(config: &BakeConfig) -> BakeConfig {
     let mut config = config.clone();
     config.target = None;
-    (config.limits.mask, config.limits.lines, config.limits.weights) = <_>::default();
+    (config.limits.fixed_file, config.limits.fixed, config.limits.mask) = <_>::default();
     config
 }
 
@@ -183,7 +183,7 @@ mod tests {
         );
         // A mask is of one mesh.
         let weights = Weights::new(&[0.0; 3]);
-        bench.app.choices.bake_config.limits.weights = Some(WeightMask { from: "a".to_owned(), weights });
+        bench.app.choices.bake_config.limits.mask = Some(WeightMask { from: "a".to_owned(), weights });
         bench.app.choices.bake_config.settings.lambda.0 = 0.5;
         bench.app.bake_all();
         bench.until("all baked", |app| app.status(Work::BakeAll).is_none());

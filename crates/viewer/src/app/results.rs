@@ -80,7 +80,7 @@ impl App {
             self.choices.bake_config.target = None;
             // They are of vertices of the other mesh.
             let limits = &mut self.choices.bake_config.limits;
-            (limits.mask, limits.lines, limits.weights) = <_>::default();
+            (limits.fixed_file, limits.fixed, limits.mask) = <_>::default();
         }
         if !again {
             self.choices.view.shading = shading_of(&document, self.choices.view.shading);

@@ -15,9 +15,9 @@ pub(super) enum FilePurpose {
     /// The file is the result of another denoiser, which the map leads to.
     Target,
     /// The file is a text that lists the `v` lines that stay.
-    Mask,
+    FixedVertices,
     /// The file is a mask: a picture or a text with weights.
-    Weights,
+    Mask,
     /// The file is a picture of the surroundings, or a folder with the six faces of a cube map.
     Environment,
     /// The file is a volume (NRRD).
@@ -82,8 +82,8 @@ impl Dialog {
                 ("A picture of what is all around, or a folder with six faces", "Use")
             }
             Purpose::Open(FilePurpose::Volume) => ("A volume (.nrrd, .nhdr)", "Use"),
-            Purpose::Open(FilePurpose::Mask) => ("Numbers of `v` lines that stay", "Use"),
-            Purpose::Open(FilePurpose::Weights) => {
+            Purpose::Open(FilePurpose::FixedVertices) => ("Numbers of `v` lines that stay", "Use"),
+            Purpose::Open(FilePurpose::Mask) => {
                 ("A grey picture in the texture coordinates, or a text with weights", "Use")
             }
             Purpose::Open(FilePurpose::Target) => ("The result of another denoiser", "Use"),
@@ -162,7 +162,7 @@ fn entries(folder: &Path, purpose: Purpose) -> Vec<Entry> {
         let fits = match purpose {
             Purpose::Save => false,
             Purpose::Open(
-                FilePurpose::Mask | FilePurpose::Weights | FilePurpose::Environment | FilePurpose::Volume,
+                FilePurpose::FixedVertices | FilePurpose::Mask | FilePurpose::Environment | FilePurpose::Volume,
             ) => true,
             // Of the pictures only maps can be opened.
             Purpose::Open(FilePurpose::Open) => match document::kind(&path) {
@@ -202,6 +202,6 @@ mod tests {
         let mut all = [meshes.clone(), vec!["a.displacement.png".to_owned(), "a.planish.json".to_owned()]].concat();
         all.sort();
         assert_eq!(listed(FilePurpose::Open), all);
-        assert!(listed(FilePurpose::Mask).contains(&"notes.txt".to_owned()));
+        assert!(listed(FilePurpose::FixedVertices).contains(&"notes.txt".to_owned()));
     }
 }

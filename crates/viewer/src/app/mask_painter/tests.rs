@@ -59,7 +59,7 @@ fn a_stroke_protects_what_is_near_it_and_can_be_undone() {
     stroke(&mut bench.app, [[-0.4, 0.1], [0.4, 0.1]], Effect::Release);
     bench.tick();
     assert!(weights(&bench.app).iter().all(|weight| *weight == 1.0));
-    assert_eq!(bench.app.choices.bake_config.limits.weights, None, "a mask that holds nothing is none");
+    assert_eq!(bench.app.choices.bake_config.limits.mask, None, "a mask that holds nothing is none");
     bench.app.undo();
     bench.tick();
     let again = weights(&bench.app);
@@ -94,7 +94,7 @@ fn what_is_painted_is_what_the_command_line_reads_and_what_the_bake_obeys() {
     bench.app.save_mask();
     bench.until("saved", |app| app.messages().iter().any(|m| m.kind == MessageKind::Done));
     let file = bench.path("in-mask.txt");
-    let chosen = bench.app.choices.bake_config.limits.weights.clone().unwrap();
+    let chosen = bench.app.choices.bake_config.limits.mask.clone().unwrap();
     let command = bench.app.command().unwrap();
     assert!(command.contains(&format!("--mask weights:{}", file.display())), "{command}");
     let option: MaskOption = chosen.from.parse().unwrap();
@@ -114,8 +114,8 @@ fn what_is_painted_is_what_the_command_line_reads_and_what_the_bake_obeys() {
     bench.app.change_mask(|_| 1.0);
     let other = bench.path("other.txt");
     bench.app.open_mask(&other);
-    bench.until("read", |app| app.choices.bake_config.limits.weights.is_some());
-    assert_eq!(bench.app.choices.bake_config.limits.weights.as_ref().unwrap().weights, chosen.weights);
+    bench.until("read", |app| app.choices.bake_config.limits.mask.is_some());
+    assert_eq!(bench.app.choices.bake_config.limits.mask.as_ref().unwrap().weights, chosen.weights);
 }
 
 #[test]
@@ -125,13 +125,13 @@ fn a_mask_is_of_one_mesh() {
     fs::write(bench.path("small.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     fs::write(bench.path("in-mask.txt"), "somebody else's").unwrap();
     bench.open("small.obj");
-    assert_eq!(bench.app.choices.bake_config.limits.weights, None);
+    assert_eq!(bench.app.choices.bake_config.limits.mask, None);
     assert!(bench.app.mask_weights().is_none_or(|weights| weights.len() == 3));
     bench.until("baked", App::is_baked);
     bench.open("in.obj");
     assert!(bench.app.has_brush(), "the brush stays in hand");
     bench.app.change_mask(|_| 0.0);
-    let from = &bench.app.choices.bake_config.limits.weights.as_ref().unwrap().from;
+    let from = &bench.app.choices.bake_config.limits.mask.as_ref().unwrap().from;
     assert!(from.ends_with("in-mask-2.txt"), "a file that is there stays: {from}");
 }
 

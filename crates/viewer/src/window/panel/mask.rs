@@ -20,9 +20,9 @@ pub(super) fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
             .on_hover_text("a grey picture in the texture coordinates, or a text with a weight for each vertex")
             .clicked()
         {
-            ui_state.ask(FilePurpose::Weights);
+            ui_state.ask(FilePurpose::Mask);
         }
-        let has_mask = app.choices.bake_config.limits.weights.is_some();
+        let has_mask = app.choices.bake_config.limits.mask.is_some();
         let save = ui.add_enabled(has_mask, egui::Button::new("Save mask"));
         ui_state.mark("save mask", save.rect);
         if save.on_hover_text("beside the mesh, where the copied command looks for it").clicked() {
@@ -43,7 +43,7 @@ pub(super) fn show(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
             }
         });
     }
-    let Some(mask) = &app.choices.bake_config.limits.weights else { return };
+    let Some(mask) = &app.choices.bake_config.limits.mask else { return };
     let words = match app.mask_weights() {
         Some(weights) => {
             let held = weights.iter().filter(|weight| **weight < 1.0).count();

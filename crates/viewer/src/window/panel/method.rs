@@ -237,17 +237,17 @@ fn limits(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     });
     ui.horizontal_wrapped(|ui| {
         let mut forget = false;
-        if let Some(mask) = &limits.mask {
-            ui.label(format!("{} stays", mask.display()));
+        if let Some(path) = &limits.fixed_file {
+            ui.label(format!("{} stays", path.display()));
             forget |= ui.small_button("✖").clicked();
-        } else if !limits.lines.is_empty() {
-            ui.label(format!("`v` lines {} stay", String::from(limits.lines.clone())));
+        } else if !limits.fixed.is_empty() {
+            ui.label(format!("`v` lines {} stay", String::from(limits.fixed.clone())));
             forget |= ui.small_button("✖").clicked();
         } else if ui.button("Vertices that stay …").on_hover_text("a text with numbers of `v` lines").clicked() {
-            ui_state.ask(FilePurpose::Mask);
+            ui_state.ask(FilePurpose::FixedVertices);
         }
         if forget {
-            (limits.mask, limits.lines) = <_>::default();
+            (limits.fixed_file, limits.fixed) = <_>::default();
         }
     });
 }
