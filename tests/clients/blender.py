@@ -5,15 +5,14 @@ first at rest, then as the modifiers and shape keys leave them."""
 
 import runpy
 import sys
-import traceback
 from array import array
+from pathlib import Path
 
 import bpy
-import numpy
 
-if "bool" not in vars(numpy):
-    # The glTF add-on of Blender 3.4 uses a name that Debian 12's numpy no longer has.
-    numpy.bool = bool
+# Blender does not look for modules beside the script.
+sys.path.insert(0, str(Path(__file__).parent))
+from in_blender import run
 
 
 def positions(mesh):
@@ -23,8 +22,6 @@ def positions(mesh):
 
 
 def main(code, call, file, out):
-    for object in list(bpy.data.objects):
-        bpy.data.objects.remove(object)
     scan = runpy.run_path(code)[call](file)
     # Shape keys leave the mesh alone at their basis.
     rest = positions(scan.data)
@@ -35,10 +32,4 @@ def main(code, call, file, out):
         displaced.tofile(stream)
 
 
-try:
-    main(*sys.argv[sys.argv.index("--") + 1 :])
-except Exception:
-    # Blender would print it and end as if nothing had happened.
-    traceback.print_exc()
-    sys.stderr.flush()
-    sys.exit(1)
+run(main)

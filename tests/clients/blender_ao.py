@@ -4,20 +4,18 @@ OUT gets SIZE x SIZE x 2 single-precision numbers, the first row at the top: the
 the texture coordinates of the mesh cover the texel."""
 
 import sys
-import traceback
+from pathlib import Path
 
 import bpy
 import numpy
 
-if "bool" not in vars(numpy):
-    # The glTF add-on of Blender 3.4 uses a name that Debian 12's numpy no longer has.
-    numpy.bool = bool
+# Blender does not look for modules beside the script.
+sys.path.insert(0, str(Path(__file__).parent))
+from in_blender import run
 
 
 def main(mesh, size, samples, out):
     size = int(size)
-    for object in list(bpy.data.objects):
-        bpy.data.objects.remove(object)
     bpy.ops.wm.obj_import(filepath=mesh)
     scan = bpy.context.selected_objects[0]
     bpy.context.view_layer.objects.active = scan
@@ -45,10 +43,4 @@ def main(mesh, size, samples, out):
     pixels.reshape(size, size, 4)[::-1, :, [0, 3]].tofile(out)
 
 
-try:
-    main(*sys.argv[sys.argv.index("--") + 1 :])
-except Exception:
-    # Blender would print it and end as if nothing had happened.
-    traceback.print_exc()
-    sys.stderr.flush()
-    sys.exit(1)
+run(main)

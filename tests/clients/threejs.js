@@ -6,7 +6,8 @@ const ROW = 1024;
 
 /// What `snippet` exports under the name `call`, called with `parameters`, is an object to draw.
 ///
-/// Gives for each mesh in it, as base64: the positions of its vertices in the file and as displaced on the GPU.
+/// Gives for each mesh in it, as base64: the positions of its vertices in the file and as displaced on the GPU; and the numbers of
+/// those that its faces use.
 export async function run({ snippet, call, parameters, settings }) {
   const object = await (await import(snippet))[call](...parameters);
   const meshes = [];
@@ -17,6 +18,7 @@ export async function run({ snippet, call, parameters, settings }) {
     rest: base64(mesh.geometry.attributes.position.array),
     displaced: base64(displaced(renderer, mesh)),
     materials: materials(mesh).map(settingsOf),
+    used: [...new Set(mesh.geometry.index?.array)],
   }));
   draw(renderer, object, meshes, settings);
   return results;

@@ -57,7 +57,9 @@ class Bake:
     def filtered(self):
         """What linear filtering may add, share of the range: texture coordinates times the size are rounded to single
         precision, and neighbouring texels may be a range apart."""
-        return 0 if self.map["layout"] == "vertex" else 2 * max(self.map["width"], self.map["height"]) * 2**-24
+        images = self.manifest.get("pages", {"maps": [self.map]})["maps"]
+        side = max(max(image["width"], image["height"]) for image in images)
+        return 0 if self.map["layout"] == "vertex" else 2 * side * 2**-24
 
     def errors(self, actual, expected):
         """Distance along the worst axis, share of the range."""
@@ -183,12 +185,21 @@ def without_uvs(path, folder):
 
 def folded(path, folder):
     """A copy of a mesh whose texture coordinates are folded along the middle, so that charts lie upon others."""
-    copy = folder / f"folded_{path.name}"
+    return with_u(path, folder / f"folded_{path.name}", lambda u: abs(u - 0.5))
+
+
+def tiles(path, folder):
+    """A copy of a mesh whose texture coordinates are stretched over two UDIM tiles; faces lie across their border."""
+    return with_u(path, folder / f"tiles_{path.name}", lambda u: 2 * u)
+
+
+def with_u(path, copy, change):
+    """Writes a copy of a mesh with other first texture coordinates."""
     with open(copy, "w", encoding="utf-8") as out:
         for line in path.read_text(encoding="utf-8").splitlines():
             key, *words = line.split() or [""]
             if key == "vt":
-                line = f"vt {abs(float(words[0]) - 0.5)} {words[1]}"
+                line = f"vt {change(float(words[0]))} {words[1]}"
             print(line, file=out)
     return copy
 

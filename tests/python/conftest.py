@@ -46,13 +46,13 @@ def planish_quantities():
 
 @pytest.fixture(scope="session")
 def baked(planish, tmp_path_factory):
-    """A function of a mesh file, "uvs", "bare" (without its texture coordinates) or "folded" (with charts upon others), and options
-    of `planish bake`; each case is baked once."""
+    """A function of a mesh file, "uvs", "bare" (without its texture coordinates), "folded" (with charts upon others) or
+    "tiles" (over two UDIM tiles), and options of `planish bake`; each case is baked once."""
     # It imports this file.
-    from baked import bake, folded, without_uvs
+    from baked import bake, folded, tiles, without_uvs
 
     done = {}
-    change = {"uvs": lambda mesh, _: mesh, "bare": without_uvs, "folded": folded}
+    change = {"uvs": lambda mesh, _: mesh, "bare": without_uvs, "folded": folded, "tiles": tiles}
 
     def make(mesh, uvs, *options):
         key = (mesh, uvs, options)

@@ -25,7 +25,8 @@ def looked_at(path):
 
 
 def shown(name, case, call, parameters, code, tmp_path):
-    """Runs a snippet; gives for each of its meshes the vertices at rest and displaced, and its materials."""
+    """Runs a snippet; gives for each of its meshes the vertices at rest and displaced, its materials, and the vertices
+    that its faces use."""
     settings = case.manifest["clients"]["threejs"]
     arguments = {
         "call": call,
@@ -35,7 +36,7 @@ def shown(name, case, call, parameters, code, tmp_path):
     path = picture(name, tmp_path)
     meshes = in_browser("threejs.js", arguments, case.folder, tmp_path, path, code)
     looked_at(path)
-    return [(numbers(mesh["rest"]), numbers(mesh["displaced"]), mesh["materials"]) for mesh in meshes]
+    return [(numbers(mesh["rest"]), numbers(mesh["displaced"]), mesh["materials"], mesh["used"]) for mesh in meshes]
 
 
 EXR = ("--bits", "32")
@@ -62,7 +63,7 @@ def test_carrier(mesh, uvs, options, bound, elsewhere, baked, tmp_path, request)
     name = f"threejs-{request.node.callspec.id}"
     meshes = shown(name, case, "loadCarrier", ["/files/", case.name], "threejs-obj", tmp_path)
     settings = case.manifest["clients"]["threejs"]
-    for _, _, materials in meshes:
+    for _, _, materials, _ in meshes:
         assert all(material == settings for material in materials)
     rest = np.concatenate([mesh[0] for mesh in meshes])
     displaced = np.concatenate([mesh[1] for mesh in meshes])
@@ -94,11 +95,32 @@ def test_gltf_map(mesh, uvs, options, baked, tmp_path, request):
     case = baked(mesh, uvs, *options)
     name = f"threejs-gltf-{request.node.callspec.id}"
     parameters = [f"/files/{case.glb.name}", case.map["lambda"]]
-    for rest, displaced, materials in shown(name, case, "loadDisplaced", parameters, "threejs-gltf", tmp_path):
+    for rest, displaced, materials, _ in shown(name, case, "loadDisplaced", parameters, "threejs-gltf", tmp_path):
         error = case.errors(displaced, case.places[case.vertices_at(rest)])
         figures(name, all=error)
         assert materials == [case.manifest["clients"]["threejs"]]
         assert error.max() <= EXACT + case.filtered + case.ulp / case.range
+
+
+@pytest.mark.parametrize("options", [EXR], ids=["32"])
+def test_gltf_pages(options, baked, tmp_path, request):
+    """Two tiles: each page puts all vertices of its faces right, those on the border of the tiles too."""
+    case = baked(DUCK, "tiles", "--pages", "udim", *options)
+    pages = case.manifest["pages"]["maps"]
+    assert [page["tile"] for page in pages] == [1001, 1002]
+    name = f"threejs-pages-{request.node.callspec.id}"
+    parameters = [f"/files/{case.glb.name}", case.map["lambda"]]
+    # The pages that hold a vertex differ by a step of the map at most.
+    step = case.manifest["report"]["quantum"] / case.range
+    found = np.zeros(len(case.positions), dtype=int)
+    for rest, displaced, materials, used in shown(name, case, "loadDisplaced", parameters, "threejs-gltf", tmp_path):
+        vertex = case.vertices_at(rest[used])
+        np.add.at(found, np.unique(vertex), 1)
+        error = case.errors(displaced[used], case.places[vertex])
+        figures(name, all=error)
+        assert materials == [case.manifest["clients"]["threejs"]]
+        assert error.max() <= EXACT + step + case.filtered + case.ulp / case.range
+    assert found.min() >= 1 and (found > 1).any(), "all vertices are on a page, and some on both"
 
 
 @pytest.mark.parametrize("mesh", [DUCK, SPOT], ids=["duck", "spot"])
@@ -106,7 +128,7 @@ def test_gltf_morph(mesh, baked, tmp_path):
     case = baked(mesh, "uvs", *EXR)
     name = f"threejs-morph-{mesh.stem}"
     parameters = [f"/files/{case.glb.name}", 1]
-    for rest, displaced, _ in shown(name, case, "loadMorphed", parameters, "threejs-morph", tmp_path):
+    for rest, displaced, *_ in shown(name, case, "loadMorphed", parameters, "threejs-morph", tmp_path):
         error = case.errors(displaced, case.places[case.vertices_at(rest)])
         figures(name, all=error)
         # The offset is rounded to single precision, and so is the sum.
