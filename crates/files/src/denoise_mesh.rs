@@ -34,6 +34,7 @@ use planish_geometry::mesh::surface::Surface;
 use planish_geometry::mesh::weld::Weld;
 use planish_geometry::progress::Progress;
 use planish_geometry::source::Source;
+use rayon::prelude::*;
 use serde::Serialize;
 use std::path::Path;
 
@@ -138,19 +139,18 @@ pub fn denoise(mesh: WeldedMesh, method: Denoising, progress: &dyn Progress) -> 
     })?;
     let Moved { deltas, along, limits, choice } = moved;
     let positions = surface.moved_by(&deltas);
-    if let Some(v) = positions.iter().position(|p| !p.is_finite()) {
+    if let Some(v) = positions.par_iter().position_first(|p| !p.is_finite()) {
         let (vertex, method) = (weld.first()[v], &method.denoiser);
         return Err(DenoiseError::Infinite { vertex, method: method.name(), advice: advice(method) });
     }
-    let lengths = || deltas.iter().map(|d| d.length());
     let report = DenoiseReport {
         method,
         choice,
         vertices: weld.vertex_of().len(),
         faces,
         mean_edge: surface.mean_edge(),
-        mean_displacement: lengths().sum::<f64>() / deltas.len() as f64,
-        max_displacement: lengths().fold(0.0, f64::max),
+        mean_displacement: deltas.iter().map(|d| d.length()).sum::<f64>() / deltas.len() as f64,
+        max_displacement: deltas.par_iter().map(|d| d.length()).reduce(|| 0.0, f64::max),
         heights: along.map(|(along, normals)| ReportedHeights { normals, loss: along.residual.into() }),
         limits,
     };

@@ -34,6 +34,7 @@ use planish_geometry::source::format::Format;
 use planish_geometry::source::mesh_file::MeshFile;
 use planish_geometry::source::model::Model;
 use planish_geometry::source::{MeshData, Source, materials};
+use rayon::prelude::*;
 use std::cell::RefCell;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -188,8 +189,8 @@ pub fn model(path: &Path, welding: Welding, trust: Trust, progress: &dyn Progres
 /// Welds a mesh that was read from `path`. Fails if no face is left, if the welding distance is too large, or if coordinates are.
 pub fn weld(source: Source, path: &Path, welding: Welding, progress: &dyn Progress) -> Result<Model, Failure> {
     progress.check()?;
-    let used = source.data().faces().items().iter().map(|corner| corner.position);
-    check_numbers(source.data().positions(), used, welding, |v| vertex_place(&source, v))
+    let corners = source.data().faces().items();
+    check_numbers(source.data().positions(), corners, |corner| corner.position, welding, |v| vertex_place(&source, v))
         .map_err(|reason| Failure::at(path, reason))?;
     progress.stage("connecting");
     let model = Model::new(source, welding);
@@ -201,21 +202,24 @@ pub fn weld(source: Source, path: &Path, welding: Welding, progress: &dyn Progre
 }
 
 /// Bounding box of positions, those of `used` (#c).
-fn bounds(positions: &[DVec3], used: impl Iterator<Item = Index>) -> [DVec3; 2] {
-    let used = used.map(|v| positions[v as usize]);
-    used.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)])
+fn bounds(positions: &[DVec3], used: impl ParallelIterator<Item = Index>) -> [DVec3; 2] {
+    let none = || [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    let joined = |[low, high]: [DVec3; 2], [l, h]: [DVec3; 2]| [low.min(l), high.max(h)];
+    used.map(|v| [positions[v as usize]; 2]).fold(none, joined).reduce(none, joined)
 }
 
 /// Fails if the welding distance is too large, or if coordinates are so large or so small that products of them leave double
-/// precision: then nothing can be measured. `used` lists the indices of the positions that faces name, and `place` names one for
-/// the beginning of a message.
-pub fn check_numbers(
+/// precision: then nothing can be measured. `position` gives the index of the position that each of the `corners` of faces
+/// names, and `place` names a position for the beginning of a message.
+pub fn check_numbers<C: Sync>(
     positions: &[DVec3],
-    used: impl Iterator<Item = Index> + Clone,
+    corners: &[C],
+    position: impl Fn(&C) -> Index + Sync,
     welding: Welding,
     place: impl Fn(Index) -> String,
 ) -> Result<(), String> {
-    let [low, high] = bounds(positions, used.clone());
+    let used = || corners.par_iter().map(&position);
+    let [low, high] = bounds(positions, used());
     let diagonal = low.distance(high);
     if let Welding::Epsilon(epsilon) = welding
         && epsilon > LARGEST_WELD * diagonal
@@ -226,7 +230,9 @@ pub fn check_numbers(
     let beyond = |v: &Index| positions[*v as usize].abs().max_element() > LARGEST_COORDINATE;
     let advice =
         format!("planish computes with sizes from {SMALLEST_SIZE:e} to {LARGEST_COORDINATE:e}; scale the mesh");
-    if let Some(v) = used.filter(beyond).min() {
+    // Most meshes need one look at each vertex only.
+    let is_any = (0..positions.len() as Index).into_par_iter().any(|v| beyond(&v));
+    if let Some(v) = if is_any { used().filter(beyond).min() } else { None } {
         return Err(format!("{}a coordinate is too large: {advice}", place(v)));
     }
     if 0.0 < diagonal && diagonal < SMALLEST_SIZE || diagonal == 0.0 && low != high {

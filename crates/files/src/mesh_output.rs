@@ -24,6 +24,7 @@ use crate::text::shown;
 use planish_geometry::source::format::Format;
 use planish_geometry::source::materials;
 use planish_geometry::source::{Source, Written};
+use std::borrow::Cow;
 use std::path::Path;
 
 /// Rounding of positions, in mean edge lengths, above which people are told about it.
@@ -34,37 +35,50 @@ fn format(path: &Path, source: &Source) -> Format {
     input::format_of(path).unwrap_or_else(|| source.format())
 }
 
-/// Writes a mesh into memory, with other positions (#v×3, model units) and, if given, other normals (#vn×3), as the file `path`
-/// should have it. Fails if the format cannot hold it.
+/// Writes a mesh into memory as [`pieces`] does, in one piece.
 ///
 /// # Panics
-/// If there is not one position for each source vertex, or not one normal for each normal of the source.
+/// As [`pieces`].
 pub fn write(
     path: &Path,
     source: &Source,
     positions: &[glam::DVec3],
     normals: Option<&[glam::DVec3]>,
 ) -> Result<Written, Failure> {
+    Ok(pieces(path, source, positions, normals)?.joined())
+}
+
+/// Writes a mesh into memory, with other positions (#v×3, model units) and, if given, other normals (#vn×3), as the file `path`
+/// should have it. Fails if the format cannot hold it.
+///
+/// # Panics
+/// If there is not one position for each source vertex, or not one normal for each normal of the source.
+pub fn pieces<'a>(
+    path: &Path,
+    source: &'a Source,
+    positions: &[glam::DVec3],
+    normals: Option<&[glam::DVec3]>,
+) -> Result<Written<Vec<Cow<'a, [u8]>>>, Failure> {
     let format = format(path, source);
-    let mut written = source.written_as(format, positions, normals);
+    let mut written = source.pieces_as(format, positions, normals);
     if !written.rounding.is_finite() {
         return Err(Failure::at(
             path,
             "a position is too large for single precision, which the file has; write OBJ instead",
         ));
     }
-    if format == Format::Glb && u32::try_from(written.bytes.len()).is_err() {
+    if format == Format::Glb && u32::try_from(written.bytes.iter().map(|piece| piece.len()).sum::<usize>()).is_err() {
         return Err(Failure::at(path, "a binary glTF file of more than 4 GiB cannot be written"));
     }
     if compression::is_compressed_name(path) {
-        written.bytes = compression::compressed(&written.bytes);
+        written.bytes = vec![compression::compressed(&written.bytes.concat()).into()];
     }
     Ok(written)
 }
 
 /// Lists what people should know about a mesh that was read from `input` and written to `path`: what was left behind, names that
 /// lead to nothing from there, and rounding that shows. `mean_edge` is in model units.
-pub fn warnings(path: &Path, input: &Path, source: &Source, written: &Written, mean_edge: f64) -> Vec<String> {
+pub fn warnings<B>(path: &Path, input: &Path, source: &Source, written: &Written<B>, mean_edge: f64) -> Vec<String> {
     let mut warnings = Vec::new();
     if format(path, source) == source.format() {
         warnings.extend(dangling(path, input, source));

@@ -29,6 +29,7 @@ use crate::terminal;
 use crate::text::shown;
 use lock::{Lock, Sharing};
 use place::{Place, Replaced};
+use std::borrow::Cow;
 use std::collections::HashSet;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -119,7 +120,7 @@ impl Folder {
         let (mut staged, mut written) = (Vec::new(), Vec::new());
         for (name, bytes) in files {
             let path = self.path.join(name);
-            staged.push(Staged::new(&path, bytes)?);
+            staged.push(Staged::new(&path, [bytes])?);
             written.push(path);
         }
         cleanup::commit(|| staged.into_iter().try_for_each(Staged::persist))?;
@@ -155,9 +156,9 @@ pub(crate) struct Staged {
 
 impl Staged {
     /// Writes a file that will replace the one that `path` leads to, and keeps its permissions.
-    fn new(path: &Path, bytes: &[u8]) -> Result<Self, Failure> {
+    fn new<'a>(path: &Path, pieces: impl IntoIterator<Item = &'a [u8]>) -> Result<Self, Failure> {
         let mut staged = Self::begin(path)?;
-        staged.append(bytes)?;
+        pieces.into_iter().try_for_each(|bytes| staged.append(bytes))?;
         staged.settle()?;
         Ok(staged)
     }
@@ -317,24 +318,30 @@ impl Output {
 
 /// Writes files in any folders under temporary names, then renames all of them, and writes to devices and standard output last.
 pub fn write_all(files: Vec<(Output, Vec<u8>)>) -> Result<(), Failure> {
+    write_all_in_pieces(files.into_iter().map(|(output, bytes)| (output, vec![bytes.into()])).collect())
+}
+
+/// Writes files as [`write_all`] does, each of which is given in pieces.
+pub fn write_all_in_pieces(files: Vec<(Output, Vec<Cow<'_, [u8]>>)>) -> Result<(), Failure> {
     let (mut staged, mut locks) = (Vec::new(), Vec::new());
-    for (output, bytes) in &files {
+    for (output, pieces) in &files {
         if let Some(folder) = &output.folder {
             locks.push(Lock::acquire(folder.path(), Sharing::Together)?);
-            staged.push(Staged::new(&output.path, bytes)?);
+            staged.push(Staged::new(&output.path, pieces.iter().map(AsRef::as_ref))?);
         }
     }
     if !staged.is_empty() {
         cleanup::commit(|| staged.into_iter().try_for_each(Staged::persist))?;
     }
     drop(locks);
-    for (output, bytes) in files {
+    for (output, pieces) in files {
         let Output { path, place, folder } = output;
         match place {
             Place::File(_) => {}
-            Place::Stdout => terminal::print(&bytes)?,
+            Place::Stdout => pieces.iter().try_for_each(|bytes| terminal::print(bytes))?,
             Place::Device(target) => {
-                let done = place::open_device(&target).and_then(|mut device| device.write_all(&bytes));
+                let done = place::open_device(&target)
+                    .and_then(|mut device| pieces.iter().try_for_each(|bytes| device.write_all(bytes)));
                 done.map_err(|e| unwritable(&path, &e))?;
             }
         }

@@ -49,6 +49,7 @@ use mesh_file::MeshFile;
 use obj::{Obj, ObjError};
 use off::Off;
 use ply::Ply;
+use rayon::prelude::*;
 use read_error::ReadError;
 use std::borrow::Cow;
 use stl::Stl;
@@ -184,18 +185,33 @@ impl Source {
     /// # Panics
     /// If there is not one position for each source vertex, or not one normal for each normal of the source.
     pub fn written_as(&self, format: Format, positions: &[DVec3], normals: Option<&[DVec3]>) -> Written {
+        self.pieces_as(format, positions, normals).joined()
+    }
+    /// Writes the mesh as [`Self::written_as`] does, in pieces: where the file does not change, they are those of the source.
+    ///
+    /// # Panics
+    /// As [`Self::written_as`].
+    pub fn pieces_as(
+        &self,
+        format: Format,
+        positions: &[DVec3],
+        normals: Option<&[DVec3]>,
+    ) -> Written<Vec<Cow<'_, [u8]>>> {
         match self.file() {
             Some(file) if file.format() == format => {
-                let held = |(v, p): (Index, &DVec3)| p.distance(file.held(v, *p));
+                let all = (0..positions.len() as Index).into_par_iter();
+                let held = all.map(|v| positions[v as usize].distance(file.held(v, positions[v as usize])));
                 Written {
-                    bytes: file.with_positions(positions, normals),
-                    rounding: (0..).zip(positions).map(held).fold(0.0, f64::max),
+                    bytes: file.pieces_with_positions(positions, normals),
+                    rounding: held.reduce(|| 0.0, f64::max),
                     lost: Vec::new(),
                 }
             }
             file => {
                 let contents = file.map(MeshFile::contents).unwrap_or_default();
-                convert::write(self.data(), &contents, format, positions, normals)
+                let Written { bytes, rounding, lost } =
+                    convert::write(self.data(), &contents, format, positions, normals);
+                Written { bytes: vec![bytes.into()], rounding, lost }
             }
         }
     }

@@ -54,8 +54,7 @@ pub(crate) fn denoise<'py>(
     let method = MethodOptions::parse(options).and_then(|o| o.denoising(positions.len(), mask)).map_err(raised)?;
     let (denoised, welded) = work::run(py, progress, |progress| {
         progress.stage("connecting");
-        let used = faces.indices().iter().copied();
-        input::check_numbers(positions, used, welding, place).map_err(Failure::Input)?;
+        input::check_numbers(positions, faces.indices(), |v| *v, welding, place).map_err(Failure::Input)?;
         let welded = WeldedSurface::new(positions, faces.iter().map(|face| face.iter().copied()), welding);
         progress.check()?;
         let WeldedSurface { weld, surface, .. } = welded;
@@ -151,8 +150,7 @@ impl Mesh {
             return Err(raised(Failure::Input(reason)));
         }
         let model = work::run(py, None, |progress| {
-            let used = faces.indices().iter().copied();
-            input::check_numbers(positions, used, welding, place).map_err(Failure::Input)?;
+            input::check_numbers(positions, faces.indices(), |v| *v, welding, place).map_err(Failure::Input)?;
             let data = MeshData::try_from(Arrays {
                 positions: positions.to_vec(),
                 faces: faces.iter().map(<[Index]>::to_vec).collect(),

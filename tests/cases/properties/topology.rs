@@ -28,16 +28,18 @@ proptest! {
 
     #[test]
     fn tidying_drops_only_what_it_says((count, input) in lists()) {
-        let tidy = topology::tidy(count, &input);
-        let TidyFaces { faces, source_corners, source_faces, degenerate, duplicate } = &tidy;
+        let tidy = topology::tidy(count, input.clone());
+        let TidyFaces { faces, degenerate, duplicate, .. } = &tidy;
+        let source_faces: Vec<u32> = (0..faces.len() as u32).map(|f| tidy.source_face(f)).collect();
+        let source_corners: Vec<u32> = (0..faces.items().len() as u32).map(|c| tidy.source_corner(c)).collect();
         let mut all = [&source_faces[..], degenerate, duplicate].concat();
         all.sort_unstable();
         prop_assert!(all.iter().copied().eq(0..input.len() as u32), "each face has one fate");
-        prop_assert!(ascends(source_faces) && ascends(source_corners));
+        prop_assert!(ascends(&source_faces) && ascends(&source_corners));
         prop_assert_eq!(source_faces.len(), faces.len());
         let sources = source_corners.iter().map(|&c| input.items()[c as usize]);
         prop_assert!(sources.eq(faces.items().iter().copied()));
-        for (face, &source) in faces.iter().zip(source_faces) {
+        for (face, &source) in faces.iter().zip(&source_faces) {
             prop_assert_eq!(vertices(face), vertices(input.get(source)));
         }
         for &face in duplicate {
@@ -54,7 +56,7 @@ proptest! {
 
     #[test]
     fn neighbourhoods_agree_with_each_other((count, input) in lists()) {
-        let topology = Topology::new(count, topology::tidy(count, &input).faces);
+        let topology = Topology::new(count, topology::tidy(count, input.clone()).faces);
         let (faces, rings, edges) = (topology.faces(), topology.rings(), topology.edges());
         let corners = faces.items().len();
 
@@ -83,12 +85,18 @@ proptest! {
             prop_assert_eq!(is_boundary, corners.len() == 1);
             prop_assert!(!is_boundary || topology.is_boundary(a) && topology.is_boundary(b));
         }
+        let kinds = (0..edges.len() as u32).map(|e| topology.edge_kind(e));
+        prop_assert_eq!(topology.misoriented_edges(), kinds.filter(|kind| *kind == EdgeKind::Misoriented).count());
+        for v in 0..count as u32 {
+            let at_end = (0..).zip(edges).any(|(e, ends)| ends.contains(&v) && topology.edge_kind(e) == EdgeKind::Boundary);
+            prop_assert_eq!(topology.is_boundary(v), at_end);
+        }
         prop_assert!(ascends(&topology.non_manifold_vertices()));
     }
 
     #[test]
     fn components_are_what_edges_join((count, input) in lists()) {
-        let topology = Topology::new(count, topology::tidy(count, &input).faces);
+        let topology = Topology::new(count, topology::tidy(count, input.clone()).faces);
         let (component, components) = topology.components();
         prop_assert!(topology.edges().iter().all(|&[a, b]| component[a as usize] == component[b as usize]));
         prop_assert_eq!(component.iter().copied().collect::<BTreeSet<_>>().len(), components);

@@ -97,18 +97,18 @@ impl<'a> Request<'a> {
         progress.stage("writing");
         let normals = update_normals.then(|| model.updated_file_normals(&denoised.positions));
         let source = model.source();
-        let positions = model.weld().spread(&denoised.positions);
-        let mut file = mesh_output::write(self.output, source, &positions, normals.as_deref())?;
+        let positions = model.weld().spread_from(&denoised.positions);
+        let mut file = mesh_output::pieces(self.output, source, &positions, normals.as_deref())?;
         progress.check()?;
         let shown_path = |output: &Output| output.path().display().to_string();
         let (written, noise_map_path) = (shown_path(&output), noise_map.as_ref().map(shown_path));
         let deviations = denoised.report.choice.as_ref().map(|choice| &choice.deviations[..]);
         let painted = noise_map.zip(deviations).map(|(map, deviations)| {
             let bytes = paint_noise(map.path(), &model, deviations);
-            (map, bytes)
+            (map, vec![bytes.into()])
         });
         let bytes = std::mem::take(&mut file.bytes);
-        output::write_all([(output, bytes)].into_iter().chain(painted).collect())?;
+        output::write_all_in_pieces([(output, bytes)].into_iter().chain(painted).collect())?;
         let notes = source.file().map_or(&[][..], MeshFile::notes);
         warnings.extend(notes.iter().map(|note| format!("{}: {note}", shown(input))));
         warnings.extend(mesh_output::warnings(self.output, input, source, &file, denoised.report.mean_edge));

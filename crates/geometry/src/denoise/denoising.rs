@@ -125,7 +125,9 @@ impl Unbounded {
     ) -> Result<Moved, Cancelled> {
         let Self { mut deltas, bounds, fit, choice } = self;
         let Output::Heights(directions) = output else {
-            let normals = normals::vertex_normals(surface, FaceWeight::Angle);
+            // Normals cost more than many a method, and are of use to limits alone.
+            let none = bounds.are_none();
+            let normals = if none { Vec::new() } else { normals::vertex_normals(surface, FaceWeight::Angle) };
             let limits = bounds.apply(surface, &normals, &mut deltas, progress)?;
             return Ok(Moved { deltas, along: None, limits, choice });
         };

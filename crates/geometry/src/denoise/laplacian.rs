@@ -134,31 +134,30 @@ impl<'a> Smoother<'a> {
         let topology = self.surface.topology();
         let fixed = |v: usize| self.boundary == Boundary::Fixed && topology.is_boundary(v as Index);
         let mut positions = self.surface.positions().to_vec();
+        let mut next = positions.clone();
         for (done, step) in (1..).zip(steps) {
             progress.check()?;
-            let towards_mean = self.towards_mean(&positions);
-            positions.par_iter_mut().zip(towards_mean).enumerate().for_each(|(v, (x, offset))| {
-                if !fixed(v) {
-                    *x += step * offset;
-                }
+            let old = &positions;
+            next.par_iter_mut().zip(old).enumerate().for_each(|(v, (next, x))| {
+                *next = if fixed(v) { *x } else { *x + step * self.towards_mean(old, v) };
             });
+            std::mem::swap(&mut positions, &mut next);
             progress.done(f64::from(done) / count as f64);
         }
-        Ok(self.surface.positions().iter().zip(positions).map(|(p, x)| *p - x).collect())
+        positions.par_iter_mut().zip(self.surface.positions()).for_each(|(x, p)| *x = *p - *x);
+        Ok(positions)
     }
 
-    /// Offset of each vertex to the weighted mean of its neighbours. #V×3, model units
-    fn towards_mean(&self, positions: &[DVec3]) -> Vec<DVec3> {
+    /// Offset of a vertex to the weighted mean of its neighbours, model units.
+    fn towards_mean(&self, positions: &[DVec3], v: usize) -> DVec3 {
         let Some(matrix) = &self.cotangents else {
-            return laplacian::uniform(self.surface.topology(), positions);
+            return laplacian::uniform_at(self.surface.topology(), positions, v as Index);
         };
-        let mean = |(v, &p): (usize, &DVec3)| {
-            let row = matrix.row(v as Index).iter().filter(|&&(j, w)| j as usize != v && w > 0.0);
-            let (sum, total) = row
-                .fold((DVec3::ZERO, 0.0), |(sum, total), &(j, w)| (sum + (positions[j as usize] - p) * w, total + w));
-            if total > 0.0 { sum / total } else { DVec3::ZERO }
-        };
-        positions.par_iter().enumerate().map(mean).collect()
+        let p = positions[v];
+        let row = matrix.row(v as Index).iter().filter(|&&(j, w)| j as usize != v && w > 0.0);
+        let (sum, total) =
+            row.fold((DVec3::ZERO, 0.0), |(sum, total), &(j, w)| (sum + (positions[j as usize] - p) * w, total + w));
+        if total > 0.0 { sum / total } else { DVec3::ZERO }
     }
 }
 

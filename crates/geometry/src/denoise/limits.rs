@@ -201,7 +201,8 @@ pub struct VolumeChange {
 }
 
 impl Bounds {
-    fn are_none(&self) -> bool {
+    /// Returns true if nothing is limited.
+    pub(super) fn are_none(&self) -> bool {
         self.volume == Volume::Free
             && self.reach == f64::INFINITY
             && self.weights.is_empty()

@@ -12,16 +12,36 @@ use rayon::prelude::*;
 
 /// Whether each vertex stands for "no data" (#V); `None` where none does.
 pub(super) fn marks(surface: &Surface) -> Option<Vec<bool>> {
+    if has_even_edges(surface) {
+        return None;
+    }
     let marks: Vec<bool> =
         (0..surface.positions().len() as Index).into_par_iter().map(|v| is_mark(surface, v)).collect();
     marks.contains(&true).then_some(marks)
 }
 
+/// Least distance of a mark, edges. No surface that is sampled well, and no spike of a scanner, reaches so far.
+const LEAST: f64 = 50.0;
+
+/// Returns true if no edge is so much longer than another one that a vertex could be a mark, as in most meshes.
+fn has_even_edges(surface: &Surface) -> bool {
+    let (rings, positions) = (surface.topology().rings(), surface.positions());
+    let vertices = (0..positions.len() as Index).into_par_iter();
+    let squares = |v: Index| {
+        let p = positions[v as usize];
+        let lengths = rings.get(v).iter().map(|&n| p.distance_squared(positions[n as usize]));
+        lengths.fold([f64::INFINITY, 0.0], |[low, high], x| [x.min(low), x.max(high)])
+    };
+    let joined = |[low, high]: [f64; 2], [l, h]: [f64; 2]| [f64::min(low, l), f64::max(high, h)];
+    let [shortest, longest] = vertices.map(squares).reduce(|| [f64::INFINITY, 0.0], joined);
+    // A bit less than the least ratio of lengths for rounding.
+    let ratio: f64 = 0.49 * LEAST;
+    longest <= ratio * ratio * shortest
+}
+
 /// True for a vertex that is far from the middle of its two rings, in lengths of the edges that do not end at it. Medians stand
 /// that some of the others are marks, too.
 fn is_mark(surface: &Surface, v: Index) -> bool {
-    /// Least distance, edges. No surface that is sampled well, and no spike of a scanner, reaches so far.
-    const LEAST: f64 = 50.0;
     /// Least number of vertices that a median can be taken of.
     const FEWEST: usize = 6;
     let rings = surface.topology().rings();

@@ -10,6 +10,8 @@
 //! assert_eq!(Ragged::<u32>::group(5, pairs).get(1), [0, 1]);
 //! ```
 
+use rayon::prelude::*;
+
 /// Index of a vertex, face, corner, edge or uv vertex.
 pub type Index = u32;
 
@@ -54,6 +56,11 @@ impl<T> Ragged<T> {
         }
         kept
     }
+    /// Drops all lists and keeps their memory.
+    pub(crate) fn clear(&mut self) {
+        self.starts.truncate(1);
+        self.items.clear();
+    }
     /// Number of lists.
     pub fn len(&self) -> usize {
         self.starts.len() - 1
@@ -84,13 +91,69 @@ impl<T> Ragged<T> {
     }
 }
 
-impl<T: Copy + Default> Ragged<T> {
+impl<T: Copy> Ragged<T> {
     /// Appends the lists of another ragged array.
     pub(crate) fn append(&mut self, other: &Self) {
         let shift = self.items.len() as Index;
         self.items.extend_from_slice(&other.items);
         self.starts.extend(other.starts[1..].iter().map(|start| start + shift));
     }
+}
+
+impl<T: Sync> Ragged<T> {
+    /// Ragged array of the same shape with other items.
+    pub(crate) fn map<U: Send>(&self, item: impl Fn(&T) -> U + Sync) -> Ragged<U> {
+        Ragged { starts: self.starts.clone(), items: self.items.par_iter().map(|x| item(x)).collect() }
+    }
+}
+
+impl Ragged<Index> {
+    /// Groups the indices of `keys` into `count` lists by their key, each in ascending order.
+    ///
+    /// # Panics
+    /// If a key is not below `count`.
+    pub(crate) fn by_key(count: usize, keys: &[Index]) -> Self {
+        // Each task has keys of its own to look for, so that it writes where no other does, in the order of the whole.
+        let tasks = rayon::current_num_threads().clamp(1, MOST_TASKS);
+        let width = count.div_ceil(tasks).max(1);
+        let mut starts = vec![0; count + 1];
+        starts[1..].par_chunks_mut(width).enumerate().for_each(|(task, counts)| {
+            for key in keys {
+                if let Some(count) = counts.get_mut((*key as usize).wrapping_sub(task * width)) {
+                    *count += 1;
+                }
+            }
+        });
+        for i in 0..count {
+            starts[i + 1] += starts[i];
+        }
+        assert_eq!(starts[count] as usize, keys.len(), "keys are below {count}");
+        let mut items = vec![0; keys.len()];
+        let mut rest = items.as_mut_slice();
+        let mut parts = Vec::with_capacity(tasks);
+        for low in (0..count).step_by(width) {
+            let high = (low + width).min(count);
+            let (part, after) = std::mem::take(&mut rest).split_at_mut((starts[high] - starts[low]) as usize);
+            parts.push((low, &starts[low..high], part));
+            rest = after;
+        }
+        parts.into_par_iter().for_each(|(low, starts, part)| {
+            let mut next: Vec<Index> = starts.iter().map(|start| start - starts[0]).collect();
+            for (item, key) in (0..).zip(keys) {
+                if let Some(next) = next.get_mut((*key as usize).wrapping_sub(low)) {
+                    part[*next as usize] = item;
+                    *next += 1;
+                }
+            }
+        });
+        Self { starts, items }
+    }
+}
+
+/// Number of tasks that group at most: each reads all keys.
+const MOST_TASKS: usize = 8;
+
+impl<T: Copy + Default> Ragged<T> {
     /// Groups pairs into `count` lists by their key; within a list the order of the pairs is kept.
     pub fn group<I>(count: usize, pairs: I) -> Self
     where
@@ -139,5 +202,17 @@ mod tests {
         let pairs = [(2, 'a'), (0, 'b'), (2, 'c'), (0, 'd')];
         let grouped = Ragged::group(3, pairs.into_iter());
         assert_eq!(grouped.iter().collect::<Vec<_>>(), [&['b', 'd'][..], &[], &['a', 'c']]);
+    }
+
+    #[test]
+    fn indices_are_grouped_by_their_keys_on_any_number_of_threads() {
+        let keys: Vec<Index> = (0..1000).map(|i| i * i % 37).collect();
+        let pairs = (0..).zip(&keys).map(|(i, key)| (*key, i));
+        let expected = Ragged::group(38, pairs);
+        for threads in [1, 2, 3, 16] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            assert_eq!(pool.install(|| Ragged::by_key(38, &keys)), expected);
+        }
+        assert_eq!(Ragged::by_key(0, &[]), Ragged::default());
     }
 }

@@ -20,15 +20,18 @@ use rayon::prelude::*;
 
 /// Uniform Laplacian: the mean of the neighbours minus the vertex itself; zero at isolated vertices. #V×3
 pub fn uniform(topology: &Topology, positions: &[DVec3]) -> Vec<DVec3> {
-    let towards_mean = |(v, &p): (usize, &DVec3)| {
-        let ring = topology.rings().get(v as Index);
-        if ring.is_empty() {
-            return DVec3::ZERO;
-        }
-        // Differences first: far from the origin the sum of positions would round them away.
-        ring.iter().map(|&n| positions[n as usize] - p).sum::<DVec3>() / ring.len() as f64
-    };
-    positions.par_iter().enumerate().map(towards_mean).collect()
+    (0..positions.len() as Index).into_par_iter().map(|v| uniform_at(topology, positions, v)).collect()
+}
+
+/// Uniform Laplacian at one vertex.
+pub(crate) fn uniform_at(topology: &Topology, positions: &[DVec3], v: Index) -> DVec3 {
+    let ring = topology.rings().get(v);
+    if ring.is_empty() {
+        return DVec3::ZERO;
+    }
+    let p = positions[v as usize];
+    // Differences first: far from the origin the sum of positions would round them away.
+    ring.iter().map(|&n| positions[n as usize] - p).sum::<DVec3>() / ring.len() as f64
 }
 
 /// Cotangent matrix (Pinkall & Polthier 1993, eq. 4): wᵢⱼ = (cot αᵢⱼ + cot βᵢⱼ)/2 off the diagonal, −Σⱼ wᵢⱼ on it.

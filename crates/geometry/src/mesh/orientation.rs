@@ -19,10 +19,10 @@ use super::topology::{EdgeKind, Topology};
 ///
 /// A surface that cannot be oriented, such as a Möbius strip, keeps edges at which faces disagree.
 pub fn turned_faces(topology: &Topology) -> Option<Vec<bool>> {
-    let edges = topology.edges().len() as Index;
-    if (0..edges).all(|e| topology.edge_kind(e) != EdgeKind::Misoriented) {
+    if topology.misoriented_edges() == 0 {
         return None;
     }
+    let edges = topology.edges().len() as Index;
     let faces = topology.faces().len();
     let pairs = (0..edges).filter_map(|e| match topology.edge_kind(e) {
         EdgeKind::Interior => Some((e, false)),

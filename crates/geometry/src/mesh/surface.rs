@@ -17,6 +17,7 @@ use crate::mesh::polygon;
 use crate::mesh::topology::Topology;
 use glam::DVec3;
 use rayon::prelude::*;
+use std::sync::OnceLock;
 
 /// A polygon mesh in space.
 ///
@@ -25,18 +26,20 @@ use rayon::prelude::*;
 pub struct Surface {
     topology: Topology,
     positions: Vec<DVec3>,
-    triangles: Vec<[Index; 3]>,
+    /// Triangles, from the first use on.
+    triangles: OnceLock<Vec<[Index; 3]>>,
+    /// Mean edge length, from the first use on.
+    mean_edge: OnceLock<f64>,
 }
 
 impl Surface {
-    /// Combines connectivity and positions (#V×3, model units) and triangulates the polygons.
+    /// Combines connectivity and positions (#V×3, model units), which decide how polygons are triangulated.
     ///
     /// # Panics
     /// If there is not one position for each vertex.
     pub fn new(topology: Topology, positions: Vec<DVec3>) -> Self {
         assert_eq!(positions.len(), topology.vertex_count(), "one position for each vertex");
-        let triangles = triangulate(topology.faces(), &positions);
-        Self { topology, positions, triangles }
+        Self { topology, positions, triangles: OnceLock::new(), mean_edge: OnceLock::new() }
     }
     /// Returns the mesh with other positions (#V×3, model units); its triangulation stays.
     ///
@@ -44,11 +47,15 @@ impl Surface {
     /// If there is not one position for each vertex.
     pub fn at(&self, positions: Vec<DVec3>) -> Self {
         assert_eq!(positions.len(), self.positions.len(), "one position for each vertex");
-        Self { positions, ..self.clone() }
+        if !self.topology.is_triangular() {
+            self.triangle_corners();
+        }
+        let (topology, triangles) = (self.topology.clone(), self.triangles.clone());
+        Self { topology, positions, triangles, mean_edge: OnceLock::new() }
     }
     /// Positions p − δ, where denoising with displacements δ (#V×3, model units) puts the vertices. #V×3, model units
     pub fn moved_by(&self, deltas: &[DVec3]) -> Vec<DVec3> {
-        self.positions.iter().zip(deltas).map(|(p, delta)| *p - *delta).collect()
+        self.positions.par_iter().zip(deltas).map(|(p, delta)| *p - *delta).collect()
     }
     /// Connectivity of the mesh.
     pub fn topology(&self) -> &Topology {
@@ -65,11 +72,11 @@ impl Surface {
     /// Corners of each triangle, face after face. A corner names a vertex in [`Self::topology`] and a uv vertex in
     /// an [`Atlas`](crate::mesh::atlas::Atlas).
     pub fn triangle_corners(&self) -> &[[Index; 3]] {
-        &self.triangles
+        self.triangles.get_or_init(|| triangulate(self.topology.faces(), &self.positions))
     }
     /// Vertices of each triangle. #T×3
     pub fn triangles(&self) -> impl ExactSizeIterator<Item = [Index; 3]> + Clone + '_ {
-        self.triangles.iter().map(|t| t.map(|c| self.topology.vertex(c)))
+        self.triangle_corners().iter().map(|t| t.map(|c| self.topology.vertex(c)))
     }
     /// Twice the area times the unit normal of each triangle. #T×3
     fn doubled_areas(&self) -> impl Iterator<Item = DVec3> + '_ {
@@ -113,9 +120,37 @@ impl Surface {
     }
     /// Mean length of the edges, model units; 0 without any.
     pub fn mean_edge(&self) -> f64 {
-        let edges = self.topology.edges();
-        let length = |e: &[Index; 2]| self.positions[e[0] as usize].distance(self.positions[e[1] as usize]);
-        edges.iter().map(length).sum::<f64>() / edges.len().max(1) as f64
+        if let Some(mean) = self.mean_edge.get() {
+            return *mean;
+        }
+        // Not inside of the lock: a thread that waits for others takes up other work, which may ask for the length too.
+        let mean = self.measured_mean_edge();
+        *self.mean_edge.get_or_init(|| mean)
+    }
+    /// Mean length of the edges: that of lengths which are measured in parallel and added up in the order of the edges.
+    fn measured_mean_edge(&self) -> f64 {
+        const VERTICES: usize = 8192;
+        const CHUNKS: usize = 16;
+        let rings = self.topology.rings();
+        let lengths = |vertices: &[DVec3], first: usize| -> Vec<f64> {
+            let of_vertex = |(v, p): (usize, &DVec3)| {
+                let higher = rings.get(v as Index).iter().filter(move |&&n| n as usize > v);
+                let p = *p;
+                higher.map(move |&n| p.distance(self.positions[n as usize]))
+            };
+            (first..).zip(vertices).flat_map(of_vertex).collect()
+        };
+        let (mut sum, mut count) = (-0.0, 0);
+        for (round, vertices) in self.positions.chunks(VERTICES * CHUNKS).enumerate() {
+            let first = |chunk: usize| round * VERTICES * CHUNKS + chunk * VERTICES;
+            let chunks = vertices.par_chunks(VERTICES).enumerate();
+            let chunks: Vec<_> = chunks.map(|(chunk, vertices)| lengths(vertices, first(chunk))).collect();
+            for length in chunks.iter().flatten() {
+                sum += length;
+                count += 1;
+            }
+        }
+        sum / count.max(1) as f64
     }
     /// Bounding box, lowest and highest corner, of the vertices that faces use.
     pub fn bounds(&self) -> [DVec3; 2] {

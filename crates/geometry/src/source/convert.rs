@@ -5,17 +5,30 @@ use super::mesh_data::{Corner, MeshData};
 use super::{gltf, obj, off, ply, stl};
 use crate::mesh::jagged::Index;
 use glam::{DVec2, DVec3};
+use std::borrow::Cow;
 
-/// A mesh as the bytes of a file.
+/// A mesh as the bytes of a file, in one piece or in several.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Written {
+pub struct Written<B = Vec<u8>> {
     /// Content of the file.
-    pub bytes: Vec<u8>,
+    pub bytes: B,
     /// Largest distance between a position and the one that the file holds, model units. Formats of single precision round to
     /// the nearest number.
     pub rounding: f64,
     /// What the source has and the file does not, each in a few words.
     pub lost: Vec<String>,
+}
+
+impl Written<Vec<Cow<'_, [u8]>>> {
+    /// Joins the pieces.
+    pub fn joined(self) -> Written {
+        let Self { bytes, rounding, lost } = self;
+        let bytes = match <[_; 1]>::try_from(bytes) {
+            Ok([whole]) => whole.into_owned(),
+            Err(pieces) => pieces.concat(),
+        };
+        Written { bytes, rounding, lost }
+    }
 }
 
 /// Precision of coordinates.

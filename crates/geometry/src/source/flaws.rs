@@ -12,7 +12,6 @@
 //! ```
 
 use crate::mesh::jagged::Index;
-use crate::mesh::topology::EdgeKind;
 use crate::source::model::Model;
 use glam::DVec3;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
@@ -112,9 +111,7 @@ impl fmt::Display for Flaw {
 
 /// Finds the flaws of a mesh.
 pub fn flaws(model: &Model) -> Vec<Flaw> {
-    let topology = model.surface().topology();
-    let edges = (0..topology.edges().len() as Index).into_par_iter();
-    let turned = edges.filter(|&e| topology.edge_kind(e) == EdgeKind::Misoriented).count();
+    let turned = model.surface().topology().misoriented_edges();
     let turned = (turned > 0).then_some(Flaw::Turned { edges: turned });
     turned.into_iter().chain(backs(model)).chain(nearly_equal(model)).chain(rounded(model)).collect()
 }
@@ -185,12 +182,15 @@ fn nearly_equal(model: &Model) -> Option<Flaw> {
 fn rounded(model: &Model) -> Option<Flaw> {
     let surface = model.surface();
     let edge = surface.mean_edge();
-    let used = (0..).zip(surface.positions()).filter(|(v, _)| !surface.topology().is_isolated(*v));
-    let used: Vec<&DVec3> = used.map(|(_, p)| p).collect();
+    let all = (0..surface.positions().len() as Index).into_par_iter();
+    let used = || {
+        let used = all.clone().filter(|v| !surface.topology().is_isolated(*v));
+        used.map(|v| surface.positions()[v as usize])
+    };
     let step = |axis: usize| {
-        let largest = used.iter().map(|p| p[axis].abs()).fold(0.0, f64::max) as f32;
+        let largest = used().map(|p| p[axis].abs()).reduce(|| 0.0, f64::max) as f32;
         let step = f64::from(largest) - f64::from(largest.next_down());
-        let is_single = || used.iter().all(|p| f64::from(p[axis] as f32) == p[axis]);
+        let is_single = || used().all(|p| f64::from(p[axis] as f32) == p[axis]);
         (step >= COARSE * edge && is_single()).then_some((axis, step))
     };
     let (axis, step) = (0..3).filter_map(step).max_by(|a, b| a.1.total_cmp(&b.1))?;

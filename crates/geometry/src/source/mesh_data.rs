@@ -2,6 +2,7 @@
 
 use crate::mesh::jagged::{Index, Ragged};
 use glam::{DVec2, DVec3, Vec2};
+use rayon::prelude::*;
 
 /// Indices that one corner of a face names, counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -106,11 +107,11 @@ impl MeshData {
     }
     /// Moves source vertices that are not finite to the first corner of the first face. Fails with a vertex that a face uses.
     pub(crate) fn place_unused(&mut self) -> Result<(), Index> {
-        let absent = |v: &Index| !self.positions[*v as usize].is_finite();
-        let unplaced: Vec<Index> = (0..self.positions.len() as Index).filter(absent).collect();
-        if unplaced.is_empty() {
+        if self.positions.par_iter().all(|p| p.is_finite()) {
             return Ok(());
         }
+        let absent = |v: &Index| !self.positions[*v as usize].is_finite();
+        let unplaced: Vec<Index> = (0..self.positions.len() as Index).filter(absent).collect();
         if let Some(corner) = self.faces.items().iter().find(|corner| absent(&corner.position)) {
             return Err(corner.position);
         }
@@ -126,14 +127,15 @@ impl MeshData {
         let is_good_uv = |uv: &Index| uvs.get(*uv as usize).is_some_and(|uv| uv.is_finite());
         let is_good =
             |c: &Corner| c.uv().is_none_or(|uv| is_good_uv(&uv)) && c.normal().is_none_or(|n| (n as usize) < normals);
+        if self.faces.items().par_iter().all(is_good) {
+            return Vec::new();
+        }
         let faces = (0..).zip(self.faces.iter());
         let broken: Vec<Index> =
             faces.flat_map(|(f, face)| face.iter().filter(|c| !is_good(c)).map(move |_| f)).collect();
-        if !broken.is_empty() {
-            for c in self.faces.items_mut() {
-                let normal = c.normal().filter(|n| (*n as usize) < normals);
-                *c = Corner::new(c.position, c.uv().filter(&is_good_uv), normal);
-            }
+        for c in self.faces.items_mut() {
+            let normal = c.normal().filter(|n| (*n as usize) < normals);
+            *c = Corner::new(c.position, c.uv().filter(&is_good_uv), normal);
         }
         broken
     }

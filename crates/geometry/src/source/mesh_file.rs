@@ -25,7 +25,7 @@ use glam::DVec3;
 use std::borrow::Cow;
 
 /// A mesh file that was read, of any format.
-pub trait MeshFile: std::fmt::Debug {
+pub trait MeshFile: std::fmt::Debug + Sync {
     /// Format of the file.
     fn format(&self) -> Format;
     /// Numbers and indices of the mesh.
@@ -42,6 +42,10 @@ pub trait MeshFile: std::fmt::Debug {
     /// # Panics
     /// If there is not one position for each source vertex, or not one normal for each normal of the source.
     fn with_positions(&self, positions: &[DVec3], normals: Option<&[DVec3]>) -> Vec<u8>;
+    /// Returns what [`Self::with_positions`] does in pieces, those that do not change as they are in the file.
+    fn pieces_with_positions(&self, positions: &[DVec3], normals: Option<&[DVec3]>) -> Vec<Cow<'_, [u8]>> {
+        vec![self.with_positions(positions, normals).into()]
+    }
     /// Position that the file can hold in place of a position of a source vertex: each coordinate is rounded to the nearest
     /// number of its type.
     fn held(&self, vertex: Index, position: DVec3) -> DVec3 {

@@ -17,11 +17,12 @@ use crate::mesh::atlas::{Atlas, AtlasError};
 use crate::mesh::jagged::{Index, Ragged};
 use crate::mesh::normals::{self, FaceWeight};
 use crate::mesh::surface::Surface;
-use crate::mesh::topology::{self, EdgeKind, TidyFaces, Topology};
+use crate::mesh::topology::{self, EdgeKind, TidyFaces};
 use crate::mesh::weld::{Weld, Welding};
 use crate::named;
 use crate::source::{Corner, MeshData, Source};
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 use serde::Serialize;
 
 named! {
@@ -70,10 +71,15 @@ impl WeldedSurface {
         for face in faces {
             welded.push(face.into_iter().map(|v| weld.vertex_of()[v as usize]));
         }
+        Self::connected(positions, weld, welded)
+    }
+
+    /// Connects faces of welded vertices.
+    fn connected(positions: &[DVec3], weld: Weld, faces: Ragged<Index>) -> Self {
         let count = weld.first().len();
-        let mut tidy = topology::tidy(count, &welded);
-        let topology = Topology::new(count, std::mem::take(&mut tidy.faces));
-        let positions = weld.first().iter().map(|&v| positions[v as usize]).collect();
+        let mut tidy = topology::tidy(count, faces);
+        let topology = tidy.connect(count);
+        let positions = weld.first().par_iter().map(|&v| positions[v as usize]).collect();
         Self { surface: Surface::new(topology, positions), weld, tidy }
     }
 }
@@ -117,8 +123,9 @@ impl Model {
     pub fn new(source: impl Into<Source>, welding: Welding) -> Self {
         let source = source.into();
         let data = source.data();
-        let faces = data.faces().iter().map(|face| face.iter().map(|corner| corner.position));
-        let WeldedSurface { weld, surface, tidy } = WeldedSurface::new(data.positions(), faces, welding);
+        let weld = Weld::new(data.positions(), welding);
+        let faces = data.faces().map(|corner| weld.vertex_of()[corner.position as usize]);
+        let WeldedSurface { weld, surface, tidy } = WeldedSurface::connected(data.positions(), weld, faces);
         Self { source, weld, surface, tidy }
     }
     /// The mesh as it was given.
@@ -139,7 +146,7 @@ impl Model {
     }
     /// Index in the source of a face of the surface.
     pub fn source_face(&self, face: Index) -> Index {
-        self.tidy.source_faces[face as usize]
+        self.tidy.source_face(face)
     }
     /// Faces in the source with the same vertices as an earlier one, ascending; the surface lacks them.
     pub fn duplicate_faces(&self) -> &[Index] {
@@ -147,12 +154,12 @@ impl Model {
     }
     /// Corner in the source of a corner of the surface.
     pub fn source_corner(&self, corner: Index) -> Corner {
-        self.data().faces().items()[self.tidy.source_corners[corner as usize] as usize]
+        self.data().faces().items()[self.tidy.source_corner(corner) as usize]
     }
     /// Index of [`Self::source_corner`] among all corners of the source.
     #[cfg(feature = "unwrap")]
     pub(crate) fn source_corner_index(&self, corner: Index) -> Index {
-        self.tidy.source_corners[corner as usize]
+        self.tidy.source_corner(corner)
     }
     /// Builds the UV layout of the surface.
     pub fn atlas(&self) -> Result<Atlas, AtlasError> {

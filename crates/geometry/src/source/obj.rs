@@ -16,6 +16,7 @@
 
 mod groups;
 mod parse;
+mod part;
 mod print;
 mod rewrite;
 mod scan;
@@ -26,6 +27,8 @@ use crate::source::MeshData;
 use crate::source::format::Format;
 use crate::source::mesh_file::MeshFile;
 use glam::DVec3;
+use std::borrow::Cow;
+use std::ops::Range;
 
 pub use groups::NoSuchGroup;
 pub use parse::{ObjError, ObjErrorKind};
@@ -52,6 +55,33 @@ pub struct Extras {
     pub other: usize,
 }
 
+impl Extras {
+    /// Adds the contents of the next part of the file.
+    fn append(&mut self, part: &Self) {
+        let Self { material_libraries, objects, groups, smoothing_groups, lines, points, extended_vertices, other } =
+            part;
+        self.material_libraries.extend_from_slice(material_libraries);
+        self.objects += objects;
+        self.groups += groups;
+        self.smoothing_groups += smoothing_groups;
+        self.lines += lines;
+        self.points += points;
+        self.extended_vertices += extended_vertices;
+        self.other += other;
+    }
+}
+
+/// A piece of the file that is read and written at the same time as others.
+#[derive(Clone, Debug)]
+struct Piece {
+    /// Range of whole statements.
+    bytes: Range<usize>,
+    /// Number of `v` lines before the piece.
+    vertices: Index,
+    /// Number of `vn` lines before the piece.
+    normals: Index,
+}
+
 /// A parsed file together with its bytes.
 #[derive(Clone, Debug)]
 pub struct Obj {
@@ -60,6 +90,7 @@ pub struct Obj {
     non_finite_uvs: Vec<(Index, u32)>,
     extras: Extras,
     notes: Vec<String>,
+    pieces: Vec<Piece>,
 }
 
 impl Obj {
@@ -119,6 +150,9 @@ impl MeshFile for Obj {
     }
     fn with_positions(&self, positions: &[DVec3], normals: Option<&[DVec3]>) -> Vec<u8> {
         Self::with_positions(self, positions, normals)
+    }
+    fn pieces_with_positions(&self, positions: &[DVec3], normals: Option<&[DVec3]>) -> Vec<Cow<'_, [u8]>> {
+        self.rewritten(positions, normals)
     }
     fn material_libraries(&self) -> &[Vec<u8>] {
         &self.extras.material_libraries

@@ -6,14 +6,19 @@ use std::ops::Range;
 pub(super) struct Patch<'a> {
     source: &'a [u8],
     copied: usize,
+    end: usize,
     out: Vec<u8>,
 }
 
 impl<'a> Patch<'a> {
     pub(super) fn new(source: &'a [u8]) -> Self {
+        Self::of_piece(source, 0..source.len())
+    }
+    /// Copy of a piece of the file, whose ranges count from the start of the file.
+    pub(super) fn of_piece(source: &'a [u8], piece: Range<usize>) -> Self {
         // Numbers in full precision are longer than those that most exporters write.
-        let out = Vec::with_capacity(source.len() + source.len() / 2);
-        Self { source, copied: 0, out }
+        let out = Vec::with_capacity(piece.len() + piece.len() / 2);
+        Self { source, copied: piece.start, end: piece.end, out }
     }
     /// File that is copied.
     pub(super) fn source(&self) -> &'a [u8] {
@@ -26,7 +31,7 @@ impl<'a> Patch<'a> {
         &mut self.out
     }
     pub(super) fn finish(mut self) -> Vec<u8> {
-        self.out.extend_from_slice(&self.source[self.copied..]);
+        self.out.extend_from_slice(&self.source[self.copied..self.end]);
         self.out
     }
 }

@@ -1,13 +1,12 @@
 //! Reader of OBJ files.
 
-use super::scan::{self, Statement, Statements, Tokens};
-use super::{Extras, Obj};
+use super::part::{Before, Oddity, Part};
+use super::{Extras, Obj, Piece, scan};
 use crate::mesh::jagged::Index;
+use crate::source::MeshData;
 use crate::source::mesh_data::MaterialRun;
-use crate::source::patch::lenient_number;
 use crate::source::read_error::shown;
-use crate::source::{Corner, MeshData};
-use glam::DVec2;
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::ops::Range;
 
@@ -88,7 +87,7 @@ fn comma_hint(token: &str) -> &'static str {
 const SNIFFED: usize = 4096;
 
 /// Largest index of a vertex so far. It is checked when all lines are known, because faces may come before vertices.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Highest {
     index: Index,
     line: u32,
@@ -100,6 +99,10 @@ impl Highest {
             *self = Self { index, line };
         }
     }
+    /// The index and its line; `None` if there is no index.
+    pub(super) fn found(&self) -> Option<(Index, u32)> {
+        (self.line != 0).then_some((self.index, self.line))
+    }
     pub(super) fn check(&self, count: usize) -> Result<(), ObjError> {
         if self.line != 0 && self.index as usize >= count {
             let index = i64::from(self.index) + 1;
@@ -110,9 +113,73 @@ impl Highest {
     }
 }
 
-struct Reader<'a> {
-    bytes: &'a [u8],
+/// Bytes of a piece of a file: few enough to stay in the cache of a core, and many beside the cost of a task.
+const PIECE: usize = 1 << 20;
+/// Number of pieces that are read at the same time. Their memory serves again, so it stays small beside that of the whole.
+const ROUND: usize = 16;
+
+pub(super) fn parse(bytes: Vec<u8>) -> Result<Obj, ObjError> {
+    parse_in_pieces(bytes, PIECE)
+}
+
+/// Reads a file in pieces of at least so many bytes; the result is the same for any number.
+pub(super) fn parse_in_pieces(bytes: Vec<u8>, size: usize) -> Result<Obj, ObjError> {
+    let whole = |kind| ObjError { line: None, kind };
+    if bytes.is_empty() {
+        return Err(whole(ObjErrorKind::Empty));
+    }
+    // Only what cannot be read is called binary: a writer may move a NUL of a comment to the start of the file.
+    let read = read(&bytes, size).and_then(Contents::finish).map_err(|e| {
+        if matches!(bytes[..], [0xff, 0xfe, ..] | [0xfe, 0xff, ..]) {
+            return whole(ObjErrorKind::Utf16);
+        }
+        let zero = memchr::memchr(0, &bytes[..bytes.len().min(SNIFFED)]);
+        zero.map_or(e, |offset| whole(ObjErrorKind::Binary { offset }))
+    });
+    let (contents, notes) = read?;
+    let Contents { data, non_finite_uvs, extras, pieces, .. } = contents;
+    Ok(Obj { bytes, data, non_finite_uvs, extras, notes, pieces })
+}
+
+fn read(bytes: &[u8], size: usize) -> Result<Contents, ObjError> {
+    let pieces = scan::pieces(bytes, size);
+    let mut contents = Contents::default();
+    let [mut parts, mut next] = [(); 2].map(|()| vec![Part::default(); ROUND.min(pieces.len())]);
+    let mut rounds = pieces.chunks(ROUND).peekable();
+    let mut before = Before::default();
+    if let Some(first) = rounds.peek() {
+        read_round(bytes, first, &mut parts, &mut before);
+    }
+    while let Some(round) = rounds.next() {
+        // While the parts of a round are put together, those of the next one are read.
+        let append = || round.iter().zip(&parts).try_for_each(|(piece, part)| contents.append(bytes, piece, part));
+        let read_next = || rounds.peek().map(|following| read_round(bytes, following, &mut next, &mut before));
+        rayon::join(append, read_next).0?;
+        std::mem::swap(&mut parts, &mut next);
+    }
+    Ok(contents)
+}
+
+/// Reads pieces that follow the lines of `before`, which then includes theirs.
+fn read_round(bytes: &[u8], pieces: &[Range<usize>], parts: &mut [Part], before: &mut Before) {
+    parts.par_iter_mut().zip(pieces).for_each(|(part, piece)| part.read(bytes, piece.clone(), None));
+    let mut again = Vec::new();
+    for (part, piece) in parts.iter_mut().zip(pieces) {
+        let start = *before;
+        before.add(part);
+        // Relative indices need the number of lines before the piece, as does the line at which there are too many.
+        if part.is_relative() || !before.fits() {
+            again.push((part, piece, start));
+        }
+    }
+    again.into_par_iter().for_each(|(part, piece, start)| part.read(bytes, piece.clone(), Some(start)));
+}
+
+/// Contents of a file, as far as its parts have been put together.
+#[derive(Default)]
+struct Contents {
     data: MeshData,
+    /// Index and line of each `vt` line that is not finite.
     non_finite_uvs: Vec<(Index, u32)>,
     /// Index, line and token of each `v` line that is not finite.
     non_finite: Vec<(Index, u32, String)>,
@@ -123,127 +190,51 @@ struct Reader<'a> {
     short_faces: Oddity,
     zero_indices: Oddity,
     absent: Oddity,
+    /// Number of physical lines.
+    lines: u32,
+    pieces: Vec<Piece>,
 }
 
-/// Something odd that is handled: how often there is such a thing, and its first line.
-#[derive(Default)]
-struct Oddity {
-    count: usize,
-    line: u32,
-}
-
-impl Oddity {
-    fn add(&mut self, line: u32) {
-        self.count += 1;
-        self.line = if self.line == 0 { line } else { self.line.min(line) };
-    }
-    /// Note about it; `None` if there is no such thing.
-    fn note(&self, one: &str, many: &str, what: &str) -> Option<String> {
-        let Self { count, line } = self;
-        let things = if *count == 1 { one } else { many };
-        (*count > 0).then(|| format!("{count} {things} {what}, the first in line {line}"))
-    }
-}
-
-pub(super) fn parse(bytes: Vec<u8>) -> Result<Obj, ObjError> {
-    let whole = |kind| ObjError { line: None, kind };
-    if bytes.is_empty() {
-        return Err(whole(ObjErrorKind::Empty));
-    }
-    // Only what cannot be read is called binary: a writer may move a NUL of a comment to the start of the file.
-    let read = read(&bytes).map_err(|e| {
-        if matches!(bytes[..], [0xff, 0xfe, ..] | [0xfe, 0xff, ..]) {
-            return whole(ObjErrorKind::Utf16);
+impl Contents {
+    /// Appends the part that was read from a piece. Fails with the first error of the part.
+    fn append(&mut self, bytes: &[u8], piece: &Range<usize>, part: &Part) -> Result<(), ObjError> {
+        let lines = self.lines;
+        if let Some((line, kind)) = &part.error {
+            return Err(ObjError { line: Some(lines + line), kind: kind.clone() });
         }
-        let zero = memchr::memchr(0, &bytes[..bytes.len().min(SNIFFED)]);
-        zero.map_or(e, |offset| whole(ObjErrorKind::Binary { offset }))
-    });
-    let (data, non_finite_uvs, extras, notes) = read?;
-    Ok(Obj { bytes, data, non_finite_uvs, extras, notes })
-}
-
-/// Contents of a file: its mesh data, the index and line of each `vt` line that is not finite, the rest, and what is odd.
-type Contents = (MeshData, Vec<(Index, u32)>, Extras, Vec<String>);
-
-fn read(bytes: &[u8]) -> Result<Contents, ObjError> {
-    let whole = |kind| ObjError { line: None, kind };
-    let mut reader = Reader {
-        bytes,
-        data: MeshData::default(),
-        non_finite_uvs: Vec::new(),
-        non_finite: Vec::new(),
-        extras: Extras::default(),
-        highest: Highest::default(),
-        short_faces: Oddity::default(),
-        zero_indices: Oddity::default(),
-        absent: Oddity::default(),
-        materials: FxHashMap::default(),
-    };
-    for statement in Statements::new(bytes) {
-        reader.statement(&statement).map_err(|kind| ObjError { line: Some(statement.line), kind })?;
-    }
-    let Reader { mut data, non_finite_uvs, non_finite, extras, highest, short_faces, zero_indices, mut absent, .. } =
-        reader;
-    if data.positions.is_empty() {
-        return Err(whole(ObjErrorKind::NoVertices));
-    }
-    if data.faces.is_empty() {
-        return Err(whole(ObjErrorKind::NoFaces));
-    }
-    highest.check(data.positions.len())?;
-    if let Err(used) = data.place_unused() {
-        let at = non_finite.binary_search_by_key(&used, |(index, ..)| *index).unwrap_or_default();
-        let (_, line, token) = non_finite[at].clone();
-        return Err(ObjError { line: Some(line), kind: ObjErrorKind::NotFinite(token) });
-    }
-    for face in data.drop_broken_attributes() {
-        absent.add(data.face_lines[face as usize]);
-    }
-    let mut unplaced = Oddity::default();
-    non_finite.iter().for_each(|(_, line, _)| unplaced.add(*line));
-    let notes = [
-        short_faces.note("`f` line has", "`f` lines have", "fewer than three corners and stay as they are"),
-        zero_indices.note("corner has", "corners have", "an index 0 for `vt` or `vn`, which is read as none"),
-        absent.note(
-            "corner names",
-            "corners name",
-            "a `vt` or `vn` that does not exist or is not finite, and count as without",
-        ),
-        unplaced.note(
-            "`v` line that no face uses is",
-            "`v` lines that no face uses are",
-            "not finite and stay as they are",
-        ),
-    ];
-    if data.colours.len() != data.positions.len() {
-        data.colours = Vec::new();
-    }
-    let notes = notes.into_iter().flatten().collect();
-    Ok((data, non_finite_uvs, extras, notes))
-}
-
-impl Reader<'_> {
-    fn statement(&mut self, statement: &Statement) -> Result<(), ObjErrorKind> {
-        match &self.bytes[statement.keyword.clone()] {
-            b"v" => self.position(statement)?,
-            b"vt" => self.uv(statement)?,
-            b"vn" => self.normal(statement)?,
-            b"f" | b"fo" => self.face(statement)?,
-            b"l" => self.extras.lines += 1,
-            b"p" => self.extras.points += 1,
-            b"o" => self.extras.objects += 1,
-            b"g" => self.extras.groups += 1,
-            b"s" => self.extras.smoothing_groups += 1,
-            b"mtllib" => {
-                self.extras.material_libraries.push(scan::name(self.bytes, statement).to_vec());
-            }
-            b"usemtl" => self.material(scan::name(self.bytes, statement)),
-            _ => self.extras.other += 1,
+        let data = &mut self.data;
+        let [v, vt, f] = [data.positions.len(), data.uvs.len(), data.faces.len()].map(|count| count as Index);
+        let vn = data.normals.len() as Index;
+        self.pieces.push(Piece { bytes: piece.clone(), vertices: v, normals: vn });
+        for (faces, name) in &part.materials {
+            self.name_material(&bytes[name.clone()], f + faces);
         }
+        let data = &mut self.data;
+        // Colours are kept as long as every vertex has had one.
+        if data.colours.len() == data.positions.len() {
+            data.colours.extend_from_slice(&part.data.colours);
+        }
+        data.positions.extend_from_slice(&part.data.positions);
+        data.uvs.extend_from_slice(&part.data.uvs);
+        data.normals.extend_from_slice(&part.data.normals);
+        data.faces.append(&part.data.faces);
+        data.face_lines.extend(part.data.face_lines.iter().map(|line| lines + line));
+        self.non_finite_uvs.extend(part.non_finite_uvs.iter().map(|(uv, line)| (vt + uv, lines + line)));
+        let non_finite = part.non_finite.iter();
+        self.non_finite.extend(non_finite.map(|(vertex, line, token)| (v + vertex, lines + line, token.clone())));
+        self.extras.append(&part.extras);
+        if let Some((index, line)) = part.highest.found() {
+            self.highest.update(index, lines + line);
+        }
+        self.short_faces.append(&part.short_faces, lines);
+        self.zero_indices.append(&part.zero_indices, lines);
+        self.absent.append(&part.absent, lines);
+        self.lines += part.lines;
         Ok(())
     }
 
-    fn material(&mut self, name: &[u8]) {
+    /// Begins the faces of a material.
+    fn name_material(&mut self, name: &[u8], first_face: Index) {
         let material = match self.materials.get(name) {
             Some(&known) => known,
             None => {
@@ -253,7 +244,7 @@ impl Reader<'_> {
                 new
             }
         };
-        let run = MaterialRun { first_face: self.data.faces.len() as Index, material: Some(material) };
+        let run = MaterialRun { first_face, material: Some(material) };
         match self.data.material_runs.last_mut() {
             // Exporters repeat the statement for each group, and may name another material before any face.
             Some(last) if last.material == run.material => {}
@@ -262,126 +253,46 @@ impl Reader<'_> {
         }
     }
 
-    fn position(&mut self, statement: &Statement) -> Result<(), ObjErrorKind> {
-        let mut tokens = Tokens::new(self.bytes, statement);
-        let mut p = [0.0_f64; 3];
-        for (found, x) in p.iter_mut().enumerate() {
-            let Some(token) = tokens.next() else {
-                return Err(ObjErrorKind::TooFewNumbers { keyword: "v", needed: 3, found });
-            };
-            let token = &self.bytes[token];
-            *x = lenient(token)?;
-            let index = self.data.positions.len() as Index;
-            // Whether a face uses the vertex is known only at the end.
-            if !x.is_finite() && self.non_finite.last().is_none_or(|(last, ..)| *last != index) {
-                self.non_finite.push((index, statement.line, shown(token)));
-            }
+    /// Checks what is known only at the end, and adds notes on what is odd.
+    fn finish(mut self) -> Result<(Self, Vec<String>), ObjError> {
+        let whole = |kind| ObjError { line: None, kind };
+        let data = &mut self.data;
+        if data.positions.is_empty() {
+            return Err(whole(ObjErrorKind::NoVertices));
         }
-        let fourth = tokens.next();
-        self.extras.extended_vertices += usize::from(fourth.is_some());
-        // Colours are kept as long as every vertex has had one.
-        if self.data.colours.len() == self.data.positions.len() {
-            let colour = fourth.and_then(|red| self.colour([Some(red), tokens.next(), tokens.next()]));
-            self.data.colours.extend(colour.filter(|_| tokens.next().is_none()));
+        if data.faces.is_empty() {
+            return Err(whole(ObjErrorKind::NoFaces));
         }
-        self.data.positions.push(p.into());
-        fits(self.data.positions.len())
-    }
-
-    /// Reads the colour from three numbers after the coordinates; `None` if there are fewer, as a single one is a weight.
-    fn colour(&self, tokens: [Option<Range<usize>>; 3]) -> Option<[f32; 3]> {
-        let mut colour = [0.0; 3];
-        for (x, token) in colour.iter_mut().zip(tokens) {
-            *x = fast_float2::parse(&self.bytes[token?]).ok().filter(|x: &f32| x.is_finite())?;
+        self.highest.check(data.positions.len())?;
+        if let Err(used) = data.place_unused() {
+            let at = self.non_finite.binary_search_by_key(&used, |(index, ..)| *index).unwrap_or_default();
+            let (_, line, token) = self.non_finite[at].clone();
+            return Err(ObjError { line: Some(line), kind: ObjErrorKind::NotFinite(token) });
         }
-        Some(colour)
-    }
-
-    fn uv(&mut self, statement: &Statement) -> Result<(), ObjErrorKind> {
-        let mut tokens = Tokens::new(self.bytes, statement);
-        let Some(u) = tokens.next() else {
-            return Err(ObjErrorKind::TooFewNumbers { keyword: "vt", needed: 1, found: 0 });
-        };
-        let u = lenient(&self.bytes[u])?;
-        // The second number is optional, with 0 as its default.
-        let v = tokens.next().map_or(Ok(0.0), |token| lenient(&self.bytes[token]))?;
-        let uv = DVec2::new(u, v);
-        if !uv.is_finite() {
-            self.non_finite_uvs.push((self.data.uvs.len() as Index, statement.line));
+        for face in data.drop_broken_attributes() {
+            self.absent.add(data.face_lines[face as usize]);
         }
-        self.data.uvs.push(uv);
-        fits(self.data.uvs.len())
-    }
-
-    fn normal(&mut self, statement: &Statement) -> Result<(), ObjErrorKind> {
-        let mut tokens = Tokens::new(self.bytes, statement);
-        let mut n = [0.0; 3];
-        for (found, x) in n.iter_mut().enumerate() {
-            let Some(token) = tokens.next() else {
-                return Err(ObjErrorKind::TooFewNumbers { keyword: "vn", needed: 3, found });
-            };
-            *x = lenient(&self.bytes[token])?;
+        let mut unplaced = Oddity::default();
+        self.non_finite.iter().for_each(|(_, line, _)| unplaced.add(*line));
+        let notes = [
+            self.short_faces.note("`f` line has", "`f` lines have", "fewer than three corners and stay as they are"),
+            self.zero_indices.note("corner has", "corners have", "an index 0 for `vt` or `vn`, which is read as none"),
+            self.absent.note(
+                "corner names",
+                "corners name",
+                "a `vt` or `vn` that does not exist or is not finite, and count as without",
+            ),
+            unplaced.note(
+                "`v` line that no face uses is",
+                "`v` lines that no face uses are",
+                "not finite and stay as they are",
+            ),
+        ];
+        if data.colours.len() != data.positions.len() {
+            data.colours = Vec::new();
         }
-        self.data.normals.push(n.into());
-        fits(self.data.normals.len())
-    }
-
-    fn face(&mut self, statement: &Statement) -> Result<(), ObjErrorKind> {
-        for token in Tokens::new(self.bytes, statement) {
-            let corner = self.corner(&self.bytes[token], statement.line)?;
-            self.data.faces.extend_open(corner);
-        }
-        if self.data.faces.close_if(3) {
-            self.data.face_lines.push(statement.line);
-        } else {
-            self.short_faces.add(statement.line);
-        }
-        fits(self.data.faces.items().len())
-    }
-
-    fn corner(&mut self, token: &[u8], line: u32) -> Result<Corner, ObjErrorKind> {
-        let bad = || ObjErrorKind::BadCorner(shown(token));
-        let counts = [self.data.positions.len(), self.data.uvs.len(), self.data.normals.len()];
-        let mut named = [None; 3];
-        for (k, part) in token.split(|&b| b == b'/').enumerate() {
-            if k == 3 {
-                return Err(bad());
-            }
-            if part.is_empty() {
-                continue;
-            }
-            let index = integer(part).ok_or_else(bad)?;
-            let index = match index {
-                0 if k > 0 => {
-                    self.zero_indices.add(line);
-                    continue;
-                }
-                0 => return Err(ObjErrorKind::ZeroIndex(shown(token))),
-                1.. => match Index::try_from(index - 1) {
-                    Ok(index) if k == 0 || index != Index::MAX => index,
-                    _ if k > 0 => {
-                        self.absent.add(line);
-                        continue;
-                    }
-                    _ => return Err(bad()),
-                },
-                _ => match usize::try_from(counts[k] as i64 + index) {
-                    Ok(index) => index as Index,
-                    Err(_) if k > 0 => {
-                        self.absent.add(line);
-                        continue;
-                    }
-                    Err(_) => return Err(ObjErrorKind::OutOfRange { index, count: counts[k] }),
-                },
-            };
-            named[k] = Some(index);
-            if k == 0 {
-                self.highest.update(index, line);
-            }
-        }
-        let [position, uv, normal] = named;
-        let position = position.filter(|p| *p != Index::MAX).ok_or_else(bad)?;
-        Ok(Corner::new(position, uv, normal))
+        let notes = notes.into_iter().flatten().collect();
+        Ok((self, notes))
     }
 }
 
@@ -405,10 +316,9 @@ pub(super) fn integer(text: &[u8]) -> Option<i64> {
     Some(if negative { -value } else { value })
 }
 
-/// Parses a number of a `vt` or `vn` line; every spelling of NaN becomes NaN. Exporters write it there, and a mesh with broken
-/// shading can still be denoised.
-pub(super) fn lenient(token: &[u8]) -> Result<f64, ObjErrorKind> {
-    lenient_number(token).ok_or_else(|| ObjErrorKind::NotANumber(shown(token)))
+/// Error of a token that should be a number.
+pub(super) fn not_a_number(token: &[u8]) -> ObjErrorKind {
+    ObjErrorKind::NotANumber(shown(token))
 }
 
 /// Returns an error if 32 bits cannot count so many elements.

@@ -1,13 +1,15 @@
 //! Writers that copy the bytes of an OBJ file and replace some of its tokens.
 
-use super::Obj;
 use super::print::{carrier_corner, push_attributes, push_corner, push_line};
 use super::scan::{self, Statement, Statements, Tokens};
+use super::{Obj, Piece};
 use crate::mesh::jagged::Index;
 use crate::source::Corner;
 use crate::source::materials::CARRIER_MATERIAL;
 use crate::source::patch::{Patch, push_number};
 use glam::{DVec3, Vec2, Vec3};
+use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// Line ending of a file. A wrong one would join lines: after a line feed, lone carriage returns end no line any more.
 fn end_of_line(bytes: &[u8]) -> &'static [u8] {
@@ -45,10 +47,29 @@ impl Obj {
     /// # Panics
     /// If there is not one position for each `v` line.
     pub fn with_positions(&self, positions: &[DVec3], normals: Option<&[DVec3]>) -> Vec<u8> {
+        self.rewritten(positions, normals).concat()
+    }
+
+    /// Pieces of [`Self::with_positions`], those that do not change as they are in the file.
+    pub(super) fn rewritten(&self, positions: &[DVec3], normals: Option<&[DVec3]>) -> Vec<Cow<'_, [u8]>> {
         assert_eq!(positions.len(), self.data.positions.len(), "one position for each `v` line");
-        let mut patch = Patch::new(&self.bytes);
-        let (mut v, mut vn) = (0, 0);
-        for statement in Statements::new(&self.bytes) {
+        let end = [positions.len() as Index, self.data.normals.len() as Index];
+        let ends = self.pieces[1..].iter().map(|next| [next.vertices, next.normals]).chain([end]);
+        let pieces: Vec<_> = self.pieces.iter().zip(ends).collect();
+        let rewritten = pieces.into_par_iter().map(|(piece, [vertices, vns])| {
+            if vertices == piece.vertices && (normals.is_none() || vns == piece.normals) {
+                Cow::Borrowed(&self.bytes[piece.bytes.clone()])
+            } else {
+                Cow::Owned(self.rewritten_piece(piece, positions, normals))
+            }
+        });
+        rewritten.collect()
+    }
+
+    fn rewritten_piece(&self, piece: &Piece, positions: &[DVec3], normals: Option<&[DVec3]>) -> Vec<u8> {
+        let mut patch = Patch::of_piece(&self.bytes, piece.bytes.clone());
+        let [mut v, mut vn] = [piece.vertices, piece.normals].map(|before| before as usize);
+        for statement in Statements::of_piece(&self.bytes, piece.bytes.clone()) {
             match (&self.bytes[statement.keyword.clone()], normals) {
                 (b"v", _) => {
                     replace_numbers(&mut patch, &statement, self.change(v, positions[v]));

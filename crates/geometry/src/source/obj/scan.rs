@@ -1,5 +1,8 @@
 //! Statements and tokens of an OBJ file as byte ranges, so that statements without a meaning to planish can be copied.
 
+use crate::mesh::jagged::Index;
+use crate::source::Corner;
+use crate::source::patch::lenient_number;
 use memchr::memchr;
 use std::ops::Range;
 
@@ -26,6 +29,26 @@ pub(super) struct Statements<'a> {
     line: u32,
 }
 
+/// Ranges of whole statements, each as short as one of `size` bytes or more can be. They depend on the bytes alone, so that what is
+/// made of them is the same on any number of threads.
+pub(super) fn pieces(bytes: &[u8], size: usize) -> Vec<Range<usize>> {
+    let terminator = terminator(bytes);
+    // Whatever the statement, a line that ends without a backslash does not continue.
+    let is_cut = |end: usize| {
+        let line = &bytes[..end];
+        !line.strip_suffix(b"\r").unwrap_or(line).ends_with(b"\\")
+    };
+    let (mut pieces, mut start) = (Vec::with_capacity(bytes.len() / size + 1), 0);
+    while start < bytes.len() {
+        let least = start.saturating_add(size - 1).min(bytes.len());
+        let cut = memchr::memchr_iter(terminator, &bytes[least..]).map(|n| least + n).find(|end| is_cut(*end));
+        let end = cut.map_or(bytes.len(), |end| end + 1);
+        pieces.push(start..end);
+        start = end;
+    }
+    pieces
+}
+
 /// Byte that ends a line: a line feed, or a carriage return in files without any line feed.
 pub(super) fn terminator(bytes: &[u8]) -> u8 {
     if memchr(b'\n', bytes).is_none() && memchr(b'\r', bytes).is_some() { b'\r' } else { b'\n' }
@@ -42,9 +65,17 @@ fn is_numeric(keyword: &[u8]) -> bool {
 
 impl<'a> Statements<'a> {
     pub(super) fn new(bytes: &'a [u8]) -> Self {
+        Self::of_piece(bytes, 0..bytes.len())
+    }
+    /// Statements of a piece, with lines counted from the start of the piece.
+    pub(super) fn of_piece(bytes: &'a [u8], piece: Range<usize>) -> Self {
         // A byte order mark would become part of the first keyword.
-        let at = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
-        Self { bytes, terminator: terminator(bytes), at, line: 0 }
+        let mark = if piece.start == 0 && bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
+        Self { bytes: &bytes[..piece.end], terminator: terminator(bytes), at: piece.start + mark, line: 0 }
+    }
+    /// Number of physical lines so far.
+    pub(super) fn lines(&self) -> u32 {
+        self.line
     }
 
     /// End of the physical line that starts at `from`, without its terminator.
@@ -116,6 +147,64 @@ impl<'a> Tokens<'a> {
         Self { bytes, at: statement.keyword.end, end: statement.end }
     }
 
+    /// Takes the next argument if it is a corner of the usual spelling, which exporters write millions of: indices that count from 1,
+    /// of at most nine digits.
+    pub(super) fn plain_corner(&mut self) -> Option<Corner> {
+        let start = self.skip_blanks();
+        let mut at = start;
+        let position = self.plain_index(&mut at)?;
+        let [mut uv, mut normal] = [None; 2];
+        if self.is_slash(at) {
+            at += 1;
+            if !self.is_slash(at) {
+                uv = Some(self.plain_index(&mut at)?);
+            }
+            if self.is_slash(at) {
+                at += 1;
+                normal = Some(self.plain_index(&mut at)?);
+            }
+        }
+        if at < self.end && !is_space(self.bytes[at]) {
+            return None;
+        }
+        self.at = at;
+        Some(Corner::new(position, uv, normal))
+    }
+    /// Takes the next argument as a number; the number is `None` if it is none.
+    pub(super) fn number(&mut self) -> Option<(Range<usize>, Option<f64>)> {
+        let start = self.skip_blanks();
+        // Mostly the number ends where the argument does, and need not be looked at twice.
+        if let Ok((x, length)) = fast_float2::parse_partial(&self.bytes[start..self.end]) {
+            let end = start + length;
+            if end == self.end || is_space(self.bytes[end]) {
+                self.at = end;
+                return Some((start..end, Some(x)));
+            }
+        }
+        let token = self.next()?;
+        let number = lenient_number(&self.bytes[token.clone()]);
+        Some((token, number))
+    }
+    fn skip_blanks(&self) -> usize {
+        let rest = &self.bytes[self.at..self.end];
+        self.at + rest.iter().position(|b| !is_space(*b)).unwrap_or(rest.len())
+    }
+    fn is_slash(&self, at: usize) -> bool {
+        at < self.end && self.bytes[at] == b'/'
+    }
+    /// Index from 0 of the digits at `at`, which becomes their end.
+    fn plain_index(&self, at: &mut usize) -> Option<Index> {
+        let mut number: Index = 0;
+        let rest = &self.bytes[*at..self.end];
+        let digits = rest.iter().take_while(|b| b.is_ascii_digit()).take(10);
+        let mut length = 0;
+        for digit in digits {
+            number = number.wrapping_mul(10).wrapping_add(Index::from(digit - b'0'));
+            length += 1;
+        }
+        *at += length;
+        if length > 9 { None } else { number.checked_sub(1) }
+    }
     /// Returns true if there is a continuation (a backslash and a line end) at `at`.
     fn continuation(&self, at: usize) -> bool {
         self.bytes[at] == b'\\' && matches!(self.bytes[at + 1..self.end], [] | [b'\n' | b'\r', ..])
@@ -154,5 +243,12 @@ impl Iterator for Tokens<'_> {
 
 /// Argument of a statement that has a name as its argument: the rest of the line without blanks at its ends.
 pub(super) fn name<'a>(bytes: &'a [u8], statement: &Statement) -> &'a [u8] {
-    bytes[statement.keyword.end..statement.end].trim_ascii()
+    &bytes[name_range(bytes, statement)]
+}
+
+/// Range of [`name`].
+pub(super) fn name_range(bytes: &[u8], statement: &Statement) -> Range<usize> {
+    let rest = &bytes[statement.keyword.end..statement.end];
+    let start = statement.end - rest.trim_ascii_start().len();
+    start..start + rest.trim_ascii().len()
 }

@@ -1,6 +1,6 @@
 //! OBJ files piece by piece.
 
-use super::parse::{Highest, ObjError, ObjErrorKind, fits, integer, lenient};
+use super::parse::{Highest, ObjError, ObjErrorKind, fits, integer, not_a_number};
 use super::rewrite::replace_numbers;
 use super::scan::{Statement, Statements, Tokens};
 use crate::mesh::jagged::Index;
@@ -115,8 +115,8 @@ fn position(bytes: &[u8], statement: &Statement) -> Result<DVec3, ObjErrorKind> 
     let mut tokens = Tokens::new(bytes, statement);
     let mut p = [0.0; 3];
     for (found, x) in p.iter_mut().enumerate() {
-        let token = tokens.next().ok_or(ObjErrorKind::TooFewNumbers { keyword: "v", needed: 3, found })?;
-        *x = lenient(&bytes[token.clone()])?;
+        let (token, number) = tokens.number().ok_or(ObjErrorKind::TooFewNumbers { keyword: "v", needed: 3, found })?;
+        *x = number.ok_or_else(|| not_a_number(&bytes[token.clone()]))?;
         if !x.is_finite() {
             return Err(ObjErrorKind::NotFinite(shown(&bytes[token])));
         }

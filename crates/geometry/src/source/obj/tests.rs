@@ -5,6 +5,7 @@ mod errors;
 mod layout;
 mod numbers;
 mod other_statements;
+mod pieces;
 mod writing;
 
 use super::*;
