@@ -51,7 +51,7 @@ pub(super) struct NoiseField {
 /// Number of lazy umbrella steps that smooth terraces away: six edges.
 const LAZY_STEPS_OVER_TERRACES: usize = 64;
 
-/// Deviation below which a region has no noise, local edges; it is what the networks were taught.
+/// Deviation below which a region has no noise, local edges; it is what networks and trees were taught.
 const NONE: f64 = 0.004;
 
 /// Least deviation by which data are weighed, local edges: that of positions which are as good as exact.
