@@ -60,17 +60,16 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Rows of one mesh: statistics of a region, its σ and correlation, whether the finest band of the whole mesh says that it has white
-/// noise, and the numbers of the mesh and of the draw, 0 of which is the clean mesh.
+/// Rows of one mesh: statistics of a region, its σ and correlation, and the numbers of the mesh and of the draw, 0 of
+/// which is the clean mesh.
 fn of_mesh(mesh: usize, path: &Path) -> Result<Vec<Vec<f32>>, Box<dyn Error>> {
     let model = Model::new(Obj::parse(std::fs::read(path)?)?, Welding::Exact);
     let clean = model.surface();
     let mut rows = Vec::new();
     let mut add = |draw: u64, clean: &Surface, noisy: &Surface| -> Result<(), Box<dyn Error>> {
         let row = |sample: RegionSample| {
-            let of_mesh = [f64::from(u8::from(sample.is_white)), mesh as f64, draw as f64];
-            let truth = [sample.sigma, sample.correlation].into_iter().chain(of_mesh);
-            sample.statistics.iter().copied().chain(truth).map(|x| x as f32).collect()
+            let truth = [sample.sigma, sample.correlation, mesh as f64, draw as f64];
+            sample.statistics.iter().chain(&truth).map(|x| *x as f32).collect()
         };
         rows.extend(noise_samples(clean, noisy, &Silent)?.into_iter().map(row));
         Ok(())

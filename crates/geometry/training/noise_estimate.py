@@ -29,9 +29,6 @@ CLEAN_WEIGHT = 5.0  # a clean mesh is one of 17 versions of its shape
 CERTAIN = 6.0
 # Of a hundred clean shapes, so many may be called noisy.
 TOUCHED = 0.02
-# Of the meshes whose finest band alone says rightly that they have white noise, this fraction may be contradicted by the trees.
-CONTRADICTED = 0.005
-WHITE = 0.1  # correlation between neighbours up to which that is right
 # Deviation from which a mesh counts as noisy in the calibration, local edges.
 PLAIN = 0.04
 TREES = dict(
@@ -42,7 +39,7 @@ VARIANT = re.compile(r"(\.clean|_iso|_dec|_gmsh|_occ|_quad|_q)+$")
 
 def targets(statistics, truth):
     """Excess of the level over the finest band, and correlation; #rows×2."""
-    sigma, correlation = truth[:, :2].T
+    sigma, correlation = truth.T
     log_sigma = np.log(np.maximum(sigma, LEAST_SIGMA))
     excess = log_sigma - np.maximum(statistics[:, 0], np.log(LEAST_SIGMA))
     return np.stack([excess, np.clip(correlation, -0.5, 1)], 1)
@@ -162,7 +159,7 @@ def main():
     parser.add_argument("samples", type=Path, nargs="+")
     options = parser.parse_args()
     rows, names = load(options.samples)
-    statistics, truth = rows[:, :-5], rows[:, -5:-2]
+    statistics, truth = rows[:, :-4], rows[:, -4:-2]
     mesh, draw = rows[:, -2].astype(int), rows[:, -1].astype(int)
     shapes = sorted({VARIANT.sub("", name) for name in names})
     fold = np.array([shapes.index(VARIANT.sub("", name)) * 7919 % FOLDS for name in names])[mesh]
@@ -180,11 +177,8 @@ def main():
     mean = lambda x: np.bincount(index, x) / np.bincount(index)
     clean, plain = version % 1000 == 0, np.sqrt(mean(truth[:, 0] ** 2)) > PLAIN
     plain &= ~clean
-    white = mean(truth[:, 2]) > 0.5
     component, part = thresholds_for(whole[clean], quarter[clean])
-    rightly = white & plain & (mean(truth[:, 1]) < WHITE)
-    contradicted = np.quantile(whole[rightly], CONTRADICTED)
-    verdict = np.where(white, whole >= contradicted, False) | called(whole, quarter, (component, part))
+    verdict = called(whole, quarter, (component, part))
     print(f"{len(names)} meshes of {len(shapes)} shapes, {len(rows)} regions")
     print(f"clean called noisy: {verdict[clean].mean():.3f}, noisy called clean: {1 - verdict[plain].mean():.3f}")
 
@@ -193,7 +187,6 @@ def main():
     forest = {
         "component_threshold": short(component),
         "quarter_threshold": short(part),
-        "white_threshold": short(contradicted),
         "start": short(np.ravel(trees._baseline_prediction)[0]),
         "trees": table_of_trees(trees),
     }

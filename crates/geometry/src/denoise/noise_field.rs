@@ -132,7 +132,7 @@ impl NoiseField {
         let regions = verdict::partition(surface.topology(), 0);
         let of_regions = statistics.of_regions(&regions);
         let readings = readings(&of_regions);
-        let (noisy, verdict) = verdict::noisy_regions(verdict, surface.topology(), &statistics, &regions, &of_regions);
+        let noisy = verdict::noisy_regions(verdict, surface.topology(), &statistics, &regions, &of_regions);
         let edges: Vec<f64> =
             regions.vertices.iter().map(|members| log_mean(members, &statistics.local_edge)).collect();
         let tails = log_excess_of_tails(&of_regions, &regions);

@@ -14,8 +14,6 @@ pub(super) struct Forest {
     pub(super) component_threshold: f64,
     /// Mean evidence of the quarter of the regions with the most of it, from which a component is noisy in parts.
     pub(super) quarter_threshold: f64,
-    /// Mean evidence of the regions of a mesh below which noise that its finest band shows is its surface.
-    pub(super) white_threshold: f64,
     /// Evidence before anything is known.
     start: f64,
     trees: Vec<Tree>,
@@ -79,13 +77,7 @@ mod tests {
     fn a_tree_goes_left_up_to_its_value_and_right_beyond() {
         let tree =
             Tree { asks: vec![1, -1, -1], values: vec![0.5, -2.0, 3.0], left: vec![1, 0, 0], right: vec![2, 0, 0] };
-        let forest = Forest {
-            component_threshold: 0.0,
-            quarter_threshold: 0.0,
-            white_threshold: 0.0,
-            start: 1.0,
-            trees: vec![tree],
-        };
+        let forest = Forest { component_threshold: 0.0, quarter_threshold: 0.0, start: 1.0, trees: vec![tree] };
         let evidence = |x: f64| {
             let mut statistics = [0.0; COUNT];
             statistics[1] = x;

@@ -4,7 +4,6 @@ use super::regions::Regions;
 use super::statistics::Statistics;
 use super::{LEAST_REGION, RINGS};
 use crate::denoise::connectivity::Connectivity;
-use crate::denoise::noise_level::{Kind, NoiseEstimate};
 use crate::mesh::jagged::Index;
 use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};
@@ -18,15 +17,11 @@ pub struct RegionSample {
     pub sigma: f64,
     /// Correlation of the noise along the normals between neighbours; 0 without noise.
     pub correlation: f64,
-    /// Whether the finest band of the whole mesh says that it has noise, and each vertex its own.
-    pub is_white: bool,
 }
 
 /// Samples from a noisy surface whose clean counterpart is known; both have the same topology.
 pub fn samples(clean: &Surface, noisy: &Surface, progress: &dyn Progress) -> Result<Vec<RegionSample>, Cancelled> {
     let connectivity = Connectivity::of(noisy);
-    let is_white =
-        matches!(NoiseEstimate::of(noisy, &connectivity, progress)?.level.kind(), Kind::Independent | Kind::Uneven);
     let regions = Regions::of(noisy.topology(), 0, RINGS, LEAST_REGION);
     let statistics = Statistics::of(noisy, &connectivity, progress)?;
     let of_regions = statistics.of_regions(&regions);
@@ -49,7 +44,6 @@ pub fn samples(clean: &Surface, noisy: &Surface, progress: &dyn Progress) -> Res
             statistics: statistics.to_vec(),
             sigma: (along / count).sqrt(),
             correlation: if square > 0.0 { product / square } else { 0.0 },
-            is_white,
         })
     };
     Ok((0..regions.vertices.len()).filter_map(sample).collect())

@@ -11,8 +11,7 @@ use rayon::prelude::*;
 /// Who says whether a mesh has noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::denoise) enum Verdict {
-    /// The finest band of the whole mesh says that it has noise all over, and each vertex its own. The evidence has to agree at least a
-    /// little.
+    /// The mesh has noise all over, and each vertex its own.
     White,
     /// The mesh has noise all over, of whatever kind.
     Noisy,
@@ -32,17 +31,16 @@ pub(super) fn partition(topology: &Topology, start: Index) -> Regions {
     Regions::of(topology, start, RINGS, LEAST_REGION)
 }
 
-/// Whether each region of the first partition (`regions`, with the statistics `of_regions`) has noise, and who said so in the end.
+/// Whether each region of the first partition (`regions`, with the statistics `of_regions`) has noise.
 pub(super) fn noisy_regions(
     verdict: Verdict,
     topology: &Topology,
     statistics: &Statistics,
     regions: &Regions,
     of_regions: &[OfRegion],
-) -> (Vec<bool>, Verdict) {
-    let all = vec![true; of_regions.len()];
-    if verdict == Verdict::Noisy {
-        return (all, verdict);
+) -> Vec<bool> {
+    if verdict != Verdict::ByEvidence {
+        return vec![true; of_regions.len()];
     }
     let own = evidence(of_regions);
     let mut of_components = by_component(regions, &own);
@@ -51,10 +49,7 @@ pub(super) fn noisy_regions(
         let more = by_component(&regions, &evidence(&statistics.of_regions(&regions)));
         of_components.iter_mut().zip(more).for_each(|(all, more)| all.extend(more));
     }
-    if verdict == Verdict::White && !is_contradicted(&of_components) {
-        return (all, verdict);
-    }
-    (judged(regions, of_regions, &own, of_components), Verdict::ByEvidence)
+    judged(regions, of_regions, &own, of_components)
 }
 
 /// Evidence for noise in each region.
@@ -74,12 +69,6 @@ fn by_component(regions: &Regions, evidence: &[Option<f64>]) -> Vec<Vec<f64>> {
         of_components[*component as usize].extend(evidence);
     }
     of_components
-}
-
-/// Whether the evidence speaks against noise all over the mesh.
-fn is_contradicted(of_components: &[Vec<f64>]) -> bool {
-    let (sum, count) = of_components.iter().flatten().fold((0.0, 0.0), |(sum, count), x| (sum + x, count + 1.0));
-    count > 0.0 && sum / count < Forest::built_in().white_threshold
 }
 
 /// Whether each region has noise, by the evidence of all partitions for each component. A component is noisy as a whole where its

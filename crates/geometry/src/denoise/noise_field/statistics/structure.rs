@@ -151,12 +151,14 @@ mod tests {
         std::array::from_fn(|k| all.iter().map(|of| of[STRUCTURE + k]).sum::<f64>() / all.len() as f64)
     }
 
-    /// A flat grid with heights, a thirtieth of which is noise.
-    fn with_heights(height: impl Fn(DVec3) -> f64) -> Surface {
-        let grid = shapes::grid(60);
-        let raised = grid.at(grid.positions().iter().map(|p| *p + height(*p) * DVec3::Z).collect());
-        let scale = 1.0 / 30.0;
-        displaced(&raised, &white_noise(&raised, scale, 4).iter().map(|d| *d * scale).collect::<Vec<_>>())
+    /// A flat grid with heights at places, both in lengths of an edge, and a little noise.
+    fn with_heights(height: impl Fn(DVec2) -> f64) -> Surface {
+        const CELLS: u32 = 60;
+        let grid = shapes::grid(CELLS);
+        let cells = f64::from(CELLS);
+        let raised = |p: &DVec3| *p + height(p.truncate() * cells) / cells * DVec3::Z;
+        let raised = grid.at(grid.positions().iter().map(raised).collect());
+        displaced(&raised, &white_noise(&raised, 0.01, 4))
     }
 
     #[test]
