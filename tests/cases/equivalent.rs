@@ -109,7 +109,7 @@ fn everything_else_that_is_chosen() {
         assert_same(&bake_config, folder.path());
     }
     let mut bake_config = BakeConfig { denoiser: Denoiser::named("taubin").unwrap(), ..BakeConfig::default() };
-    bake_config.limits.mask = Some(folder.path().join("patch.txt"));
+    bake_config.limits.fixed_file = Some(folder.path().join("patch.txt"));
     assert_same(&bake_config, folder.path());
     for normals in NormalSource::ALL.into_iter().filter(|normals| *normals != NormalSource::File) {
         bake_config.settings.normals = Some(normals.into());

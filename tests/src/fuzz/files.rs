@@ -27,7 +27,7 @@ fn check_message(failure: &Failure) {
 }
 
 /// Reads a volume in an NRRD file.
-pub fn nrrd(data: &[u8]) {
+pub(super) fn nrrd(data: &[u8]) {
     let source = VolumeSource::File(file("volume.nrrd", data));
     match volume::load(&source, Placement::File, None, Trust::Folder, &Silent) {
         Ok(volume) => assert!(volume.range().low <= volume.range().high),
@@ -36,7 +36,7 @@ pub fn nrrd(data: &[u8]) {
 }
 
 /// Reads a list of weights for a mesh of four vertices, and writes it again.
-pub fn weights(data: &[u8]) {
+pub(super) fn weights(data: &[u8]) {
     let text = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n".to_vec();
     let model = Model::new(Obj::parse(text).expect("a mesh"), Welding::Exact);
     let read = |data: &[u8]| {

@@ -81,6 +81,8 @@ fn judged(
 ) -> Vec<bool> {
     /// Number of regions as which the whole mesh counts beside those of a component: a few regions alone err together.
     const WHOLE: f64 = 3.0;
+    /// Evidence from which a region has noise more likely than not, where there is noise for sure in some.
+    const EVEN: f64 = 0.0;
     if is_one_sided(of_regions) {
         return vec![false; evidence.len()];
     }
@@ -96,7 +98,7 @@ fn judged(
         } else if mean(&evidence) > forest.component_threshold {
             f64::NEG_INFINITY
         } else if mean(quarter) > forest.quarter_threshold {
-            forest.component_threshold
+            EVEN
         } else {
             f64::INFINITY
         }
