@@ -264,7 +264,8 @@ pub fn manifest(path: &Path) -> Result<Manifest, Failure> {
 /// Reads the numbers of a text file, separated by white space.
 pub fn numbers(path: &Path) -> Result<Vec<f32>, Failure> {
     let bytes = read(path)?;
-    let number = |token: &str| token.parse().map_err(|_| Failure::at(path, format!("`{token}` is not a number")));
+    let wrong = |token: &str| Failure::at(path, format!("`{}` is not a number", one_line(token)));
+    let number = |token: &str| token.parse().map_err(|_| wrong(token));
     String::from_utf8_lossy(&bytes).split_whitespace().map(number).collect()
 }
 

@@ -6,6 +6,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use planish_files::compression;
 use planish_files::failure::Failure;
 use planish_files::input::{self, NamedFile, Trust};
+use planish_files::text::one_line;
 use planish_render::settings::volume::{MAX_VALUES, SampleType};
 use std::collections::HashMap;
 use std::path::Path;
@@ -38,7 +39,7 @@ struct Layout {
 /// Reads a file. A file of values that it names is read by the rule.
 pub(super) fn read(path: &Path, trust: Trust) -> Result<VolumeFile, Failure> {
     let bytes = input::read(path)?;
-    let failed = |reason: String| Failure::at(path, reason);
+    let failed = |reason: String| Failure::at(path, one_line(&reason));
     let (header, body) = split(&bytes).map_err(failed)?;
     let layout = Layout::new(&header).map_err(failed)?;
     let expected = numbers::byte_count(layout.size, layout.sample).map_err(|e| failed(e.to_string()))?;
@@ -52,7 +53,7 @@ pub(super) fn read(path: &Path, trust: Trust) -> Result<VolumeFile, Failure> {
         }
         None => (body, path),
     };
-    let failed = |reason: String| Failure::at(blamed, reason);
+    let failed = |reason: String| Failure::at(blamed, one_line(&reason));
     let body = skip_lines(body, layout.line_skip).map_err(failed)?;
     let unpacked;
     let body = if layout.is_compressed {
