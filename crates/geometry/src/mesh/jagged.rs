@@ -103,7 +103,7 @@ impl<T: Copy> Ragged<T> {
 impl<T: Sync> Ragged<T> {
     /// Ragged array of the same shape with other items.
     pub(crate) fn map<U: Send>(&self, item: impl Fn(&T) -> U + Sync) -> Ragged<U> {
-        Ragged { starts: self.starts.clone(), items: self.items.par_iter().map(|x| item(x)).collect() }
+        Ragged { starts: self.starts.clone(), items: self.items.par_iter().map(&item).collect() }
     }
 }
 

@@ -224,7 +224,7 @@ impl Topology {
     /// Previous corner of the same face.
     pub fn previous(&self, corner: Index) -> Index {
         if self.is_triangular() {
-            return if corner % 3 == 0 { corner + 2 } else { corner - 1 };
+            return if corner.is_multiple_of(3) { corner + 2 } else { corner - 1 };
         }
         let range = self.faces.range(self.face(corner));
         if corner as usize == range.start { range.end as Index - 1 } else { corner - 1 }

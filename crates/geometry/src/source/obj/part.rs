@@ -100,7 +100,7 @@ impl Part {
         let data = MeshData { positions, colours, uvs, normals, faces, face_lines, ..MeshData::default() };
         *self = Self { before, data, ..Self::default() };
         let mut statements = Statements::of_piece(bytes, piece);
-        while let Some(statement) = statements.next() {
+        for statement in statements.by_ref() {
             if let Err(kind) = self.statement(bytes, &statement) {
                 self.error = Some((statement.line, kind));
                 break;
