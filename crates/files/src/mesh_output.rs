@@ -38,7 +38,7 @@ fn format(path: &Path, source: &Source) -> Format {
 /// Writes a mesh into memory as [`pieces`] does, in one piece.
 ///
 /// # Panics
-/// As [`pieces`].
+/// If there is not one position for each source vertex, or not one normal for each normal of the source.
 pub fn write(
     path: &Path,
     source: &Source,

@@ -61,7 +61,7 @@ impl Folder {
         let missing = path.ancestors().take_while(|p| !p.as_os_str().is_empty() && !p.exists()).last();
         let created = missing.map(|topmost| (topmost.to_path_buf(), cleanup::Entry::folder(path, topmost)));
         let folder = Self { path: path.to_path_buf(), created };
-        std::fs::create_dir_all(path).map_err(|e| refusal(path, "cannot be created", &e))?;
+        create(path).map_err(|e| refusal(path, "cannot be created", &e))?;
         temporary(folder.path())?;
         Ok(folder)
     }
@@ -140,7 +140,32 @@ fn temporary(folder: &Path) -> Result<NamedTempFile, Failure> {
         // These are the permissions of any new file, before the umask.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    builder.tempfile_in(folder).map_err(|e| refusal(folder, "cannot be written to", &e))
+    let file = again_if_gone(|| match builder.tempfile_in(folder) {
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+            create(folder)?;
+            builder.tempfile_in(folder)
+        }
+        done => done,
+    });
+    file.map_err(|e| refusal(folder, "cannot be written to", &e))
+}
+
+/// Creates a folder and those above it, as far as they are missing.
+fn create(folder: &Path) -> std::io::Result<()> {
+    again_if_gone(|| std::fs::create_dir_all(folder))
+}
+
+/// Tries again where a folder is not found: whoever had made it and has failed removes it while it is empty.
+fn again_if_gone<T>(mut work: impl FnMut() -> std::io::Result<T>) -> std::io::Result<T> {
+    /// Number of further tries. Each needs somebody else who fails just then.
+    const TRIES: usize = 20;
+    for _ in 0..TRIES {
+        match work() {
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => {}
+            done => return done,
+        }
+    }
+    work()
 }
 
 /// A file under a temporary name, with its content on the disk, ready to be renamed.
@@ -351,4 +376,24 @@ pub fn write_all_in_pieces(files: Vec<(Output, Vec<Cow<'_, [u8]>>)>) -> Result<(
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_that_another_output_made_and_removes_stays_for_this_one() {
+        let folder = tempfile::tempdir().unwrap();
+        for round in 0..200 {
+            let above = folder.path().join(round.to_string());
+            let path = above.join("deeper").join("mesh.obj");
+            std::thread::scope(|scope| {
+                // The first output is given up: it removes the folder that it made.
+                scope.spawn(|| drop(Output::open(&above.join("failed.obj"), &[]).unwrap()));
+                Output::open(&path, &[]).unwrap().write(b"v 0 0 0\n").unwrap();
+            });
+            assert_eq!(std::fs::read(&path).unwrap(), b"v 0 0 0\n");
+        }
+    }
 }

@@ -190,7 +190,7 @@ impl Source {
     /// Writes the mesh as [`Self::written_as`] does, in pieces: where the file does not change, they are those of the source.
     ///
     /// # Panics
-    /// As [`Self::written_as`].
+    /// If there is not one position for each source vertex, or not one normal for each normal of the source.
     pub fn pieces_as(
         &self,
         format: Format,

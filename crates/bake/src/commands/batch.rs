@@ -148,8 +148,9 @@ impl Batch<'_> {
         }
         let is_done = result.is_ok();
         let line = self.journal.line(task, start.elapsed(), result);
-        let text = self.journal.append(&line)?;
+        // Lines are printed in the order of the journal.
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let text = self.journal.append(&line)?;
         if is_done {
             state.done += 1;
         } else {

@@ -271,6 +271,7 @@ fn masks_that_do_not_fit_are_named() {
     folder.write("few.txt", "1 0.5 0");
     folder.write("far.txt", "1 ".repeat(48) + "1.5");
     folder.write("nan.txt", "nan ".repeat(49));
+    folder.write("odd.txt", "0.5 \u{1b}[31m");
     for (mesh, mask, words) in [
         ("in.obj", "group:middle", &["error: in.obj: has no group and no object `middle`"][..]),
         ("in.obj", "material:left", &["error: in.obj: ", "`left`", "m_left, m_right"]),
@@ -280,6 +281,7 @@ fn masks_that_do_not_fit_are_named() {
         ("in.obj", "weights:far.txt", &["error: far.txt: weight 49 is 1.5, not from 0 to 1"]),
         ("in.obj", "weights:nan.txt", &["error: nan.txt: weight 1 is NaN"]),
         ("in.obj", "weights:text.png", &["error: text.png: `no` is not a number"]),
+        ("in.obj", "weights:odd.txt", &["error: odd.txt: `\\u{1b}[31m` is not a number"]),
         ("bare.obj", "colour:red", &["error: bare.obj: has no colours"]),
         ("bare.obj", "text.png", &["error: bare.obj: has no texture coordinates"]),
         ("bare.obj", "material:a", &["error: bare.obj: ", "it has none"]),

@@ -113,13 +113,19 @@ impl Drop for Lock {
 
 /// Opens the lock, and creates it if it is missing; `None` if that is impossible, or if something else has its name.
 fn open(path: &Path) -> Option<File> {
-    match OpenOptions::new().read(true).write(true).create_new(true).open(path) {
-        Ok(file) => Some(file),
-        Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => {
-            let is_plain = path.symlink_metadata().is_ok_and(|m| m.is_file());
-            if is_plain { File::open(path).ok() } else { None }
+    use std::io::ErrorKind::{AlreadyExists, NotFound};
+    loop {
+        match OpenOptions::new().read(true).write(true).create_new(true).open(path) {
+            Ok(file) => return Some(file),
+            Err(e) if e.kind() == AlreadyExists => {}
+            Err(_) => return None,
         }
-        Err(_) => None,
+        match path.symlink_metadata().and_then(|there| there.is_file().then(|| File::open(path)).transpose()) {
+            Ok(file) => return file,
+            // Whoever held the lock has removed it meanwhile.
+            Err(e) if e.kind() == NotFound => {}
+            Err(_) => return None,
+        }
     }
 }
 
@@ -145,5 +151,24 @@ fn remove_stale(folder: &Path) {
         if is_temporary && entry.file_type().is_ok_and(|kind| kind.is_file()) {
             let _ = std::fs::remove_file(entry.path());
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lock_that_others_remove_meanwhile_is_held_all_the_same() {
+        let folder = tempfile::tempdir().unwrap();
+        std::thread::scope(|scope| {
+            for _ in 0..4 {
+                scope.spawn(|| {
+                    for _ in 0..2000 {
+                        assert!(Lock::acquire(folder.path(), Sharing::Together).unwrap().is_some());
+                    }
+                });
+            }
+        });
     }
 }

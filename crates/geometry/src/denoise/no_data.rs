@@ -34,7 +34,7 @@ fn has_even_edges(surface: &Surface) -> bool {
     };
     let joined = |[low, high]: [f64; 2], [l, h]: [f64; 2]| [f64::min(low, l), f64::max(high, h)];
     let [shortest, longest] = vertices.map(squares).reduce(|| [f64::INFINITY, 0.0], joined);
-    // A bit less than the least ratio of lengths for rounding.
+    // A vertex is at most two edges away from the middle of its two rings; a bit less for rounding.
     let ratio: f64 = 0.49 * LEAST;
     longest <= ratio * ratio * shortest
 }

@@ -44,7 +44,7 @@ pub(super) use print::{origin, print};
 /// Mode of primitives whose triangles share no corners.
 const TRIANGLES: u64 = 4;
 
-/// What tells the faces of a primitive: the accessors of its positions and indices, and its mode.
+/// Accessors of the positions and indices of a primitive, and its mode: primitives with the same ones have the same faces.
 type PrimitiveKey = (usize, Option<usize>, u64);
 
 /// A parsed file together with its bytes.

@@ -154,6 +154,8 @@ fn bad_headers_are_refused_in_words() {
         ("sizes: 3 2 4", "sizes: 4000000000 4000000000 4000000000", &body, "2^28"),
         ("sizes: 3 2 4", "no field", &body, "line 4: is no field"),
         ("type: short", "type: block", &body, "`block`"),
+        // A word of a stranger is printed on one line.
+        ("type: short", "type: sh\u{1b}[2Jort", &body, "`sh\\u{1b}[2Jort`"),
         ("type: short\n", "", &body, "`type`"),
         ("encoding: raw", "encoding: bzip2", &body, "`bzip2`"),
         ("endian: little\n", "", &body, "endian"),
@@ -166,10 +168,12 @@ fn bad_headers_are_refused_in_words() {
         ("encoding: raw", "encoding: raw", &body[..47], "has 47 bytes of values"),
         ("encoding: raw", "encoding: gzip", &body, "damaged"),
         ("encoding: raw", "encoding: gzip", &packed, "more than the 48 bytes"),
+        ("encoding: raw", "encoding: gzip\nbyte skip: 1000000000000", &packed, "skips 1000000000000 bytes"),
     ] {
         let path = folder.file("a.nrrd", &[good.replace(from, to).as_bytes(), body]);
         let said = read(&path).unwrap_err().to_string();
         assert!(said.contains("a.nrrd: ") && said.contains(word), "{to}: {said}");
+        assert!(!said.contains(char::is_control), "{said:?}");
     }
 }
 

@@ -86,27 +86,10 @@ pub(super) struct Materials<'a> {
 impl<'a> Materials<'a> {
     /// Adds the displacement map, but no materials yet.
     pub(super) fn new(buffer: &mut Buffer, carrier: &'a Carrier, files: Option<Textures<'a>>) -> Self {
-        let (materials, textures, images) = (Vec::new(), Vec::new(), Vec::new());
-        let (samplers, known, extras) = (Vec::new(), FxHashMap::default(), Vec::new());
-        let mut defined = FxHashMap::default();
+        let mut new = Self { files, ..Self::empty(carrier, Sets::from(1, carrier)) };
         for material in carrier.materials {
-            defined.entry(material.name.as_str()).or_insert(material);
+            new.defined.entry(material.name.as_str()).or_insert(material);
         }
-        let (occlusion, sets, described) = (None, Sets::from(1, carrier), FxHashMap::default());
-        let mut new = Self {
-            carrier,
-            files,
-            extras,
-            occlusion,
-            materials,
-            textures,
-            images,
-            samplers,
-            sets,
-            described,
-            known,
-            defined,
-        };
         new.add_maps(buffer);
         new
     }
@@ -122,26 +105,29 @@ impl<'a> Materials<'a> {
             Some(Value::Array(list)) => list,
             _ => Vec::new(),
         };
-        let (materials, textures, images) = (take("materials"), take("textures"), take("images"));
-        let (samplers, extras) = (take("samplers"), Vec::new());
-        let (known, defined) = (FxHashMap::default(), FxHashMap::default());
-        let (files, occlusion, described) = (None, None, FxHashMap::default());
-        let mut new = Self {
-            carrier,
-            files,
-            extras,
-            occlusion,
-            materials,
-            textures,
-            images,
-            samplers,
-            sets,
-            described,
-            known,
-            defined,
-        };
+        let (materials, textures) = (take("materials"), take("textures"));
+        let (images, samplers) = (take("images"), take("samplers"));
+        let mut new = Self { materials, textures, images, samplers, ..Self::empty(carrier, sets) };
         new.add_maps(buffer);
         new
+    }
+
+    /// Lists without any entry.
+    fn empty(carrier: &'a Carrier, sets: Sets) -> Self {
+        Self {
+            carrier,
+            files: None,
+            extras: Vec::new(),
+            occlusion: None,
+            materials: Vec::new(),
+            textures: Vec::new(),
+            images: Vec::new(),
+            samplers: Vec::new(),
+            sets,
+            described: FxHashMap::default(),
+            known: FxHashMap::default(),
+            defined: FxHashMap::default(),
+        }
     }
 
     /// Describes the maps of a page in a material of the document, or in a new one for `None`, and returns its index. The first page

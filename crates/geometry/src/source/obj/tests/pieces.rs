@@ -6,7 +6,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
 
-/// All that is read from a file, as text, and the file with other positions and normals; or the error.
+/// Reads a file in pieces of this size. Returns all that was read, as text, and the file with other positions and normals.
 fn read(text: &[u8], size: usize) -> Result<(String, Vec<u8>), ObjError> {
     let obj = parse_in_pieces(text.to_vec(), size)?;
     let contents = format!("{:?} {:?} {:?} {:?}", obj.data, obj.non_finite_uvs, obj.extras, obj.notes);
