@@ -118,6 +118,11 @@ fn open(path: &Path) -> Option<File> {
         match OpenOptions::new().read(true).write(true).create_new(true).open(path) {
             Ok(file) => return Some(file),
             Err(e) if e.kind() == AlreadyExists => {}
+            // Whoever had made the folder has failed and removed it.
+            Err(e) if e.kind() == NotFound => {
+                std::fs::create_dir_all(path.parent()?).ok()?;
+                continue;
+            }
             Err(_) => return None,
         }
         match path.symlink_metadata().and_then(|there| there.is_file().then(|| File::open(path)).transpose()) {
