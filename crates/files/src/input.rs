@@ -124,8 +124,12 @@ impl NamedFile<'_> {
     /// Reads the file by the rule.
     pub fn read(&self) -> Result<Vec<u8>, Failure> {
         let real = self.check()?;
-        // The file may grow meanwhile.
-        disk::read_up_to(&real, self.largest).map_err(|e| Failure::at(self.path, plain(&e)))
+        let bytes = disk::read_up_to(&real, self.largest).map_err(|e| Failure::at(self.path, plain(&e)))?;
+        // The file may have grown meanwhile.
+        if bytes.len() as u64 > self.largest {
+            return Err(Failure::at(self.path, format!("has grown, and at most {} bytes are read", self.largest)));
+        }
+        Ok(bytes)
     }
 }
 

@@ -97,9 +97,9 @@ mod global {
         files().get(path).map(<[u8]>::to_vec)
     }
 
-    /// Reads a file, and no more bytes of it than `largest`.
+    /// Reads a file to its end, or the first `largest` + 1 bytes of one that has more than `largest`.
     pub(crate) fn read_up_to(path: &Path, largest: u64) -> Result<Vec<u8>> {
-        let end = usize::try_from(largest).unwrap_or(usize::MAX);
+        let end = usize::try_from(largest.saturating_add(1)).unwrap_or(usize::MAX);
         files().get(path).map(|bytes| bytes[..bytes.len().min(end)].to_vec())
     }
 
