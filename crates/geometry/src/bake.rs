@@ -193,7 +193,7 @@ fn bake_layout(
         return Ok(Bundle { fallback: Some(fallback), ..bundle });
     }
     request.progress.check()?;
-    draft.into_bundle(request, displacements)
+    draft.into_bundle(request, displacements, original)
 }
 
 #[cfg(test)]

@@ -50,7 +50,13 @@ pub(super) fn texel_uvs(model: &Model) -> Vec<Vec2> {
 }
 
 /// Makes the carrier as binary glTF, with the unit normals (#V×3) that the map displaces along.
-pub(super) fn glb(request: &Request, normals: &[Vec3], draft: &Draft) -> Result<Vec<u8>, GltfError> {
+/// `original` is the model before unwrapping, if it was unwrapped.
+pub(super) fn glb(
+    request: &Request,
+    normals: &[Vec3],
+    draft: &Draft,
+    original: Option<&Model>,
+) -> Result<Vec<u8>, GltfError> {
     let Request { model, names, side_files, .. } = *request;
     let Draft { manifest, maps, shading, carrier, .. } = draft;
     let entry = &manifest.displacement;
@@ -87,6 +93,7 @@ pub(super) fn glb(request: &Request, normals: &[Vec3], draft: &Draft) -> Result<
     let carrier = gltf::Carrier {
         name: &names.stem,
         model,
+        original,
         normals,
         sample_at: &sample_at,
         vertex_texels: vertex_texels.as_deref(),

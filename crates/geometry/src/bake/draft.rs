@@ -94,11 +94,13 @@ impl Draft {
         Some(Fallback::Layout { choice, problems })
     }
 
-    /// Makes the remaining files that the manifest names and returns all of them.
+    /// Makes the remaining files that the manifest names and returns all of them. `original` is the model before unwrapping, if it was
+    /// unwrapped.
     pub(super) fn into_bundle(
         mut self,
         request: &Request,
         displacements: &VertexDisplacements,
+        original: Option<&Model>,
     ) -> Result<Bundle, BakeError> {
         let Request { model, names, side_files, progress, .. } = *request;
         self.shading = ShadingMaps::bake(request, self.atlas.as_ref(), &self.maps)?;
@@ -109,7 +111,7 @@ impl Draft {
         let library = materials::carrier_library(model.data(), side_files.libraries, statements, side_files.relocate);
         let glb = self.manifest.carrier.glb.as_ref().map(|_| {
             progress.stage("glTF");
-            carrier::glb(request, &displacements.normals, &self)
+            carrier::glb(request, &displacements.normals, &self, original)
         });
         let glb = glb.transpose()?;
         progress.check()?;

@@ -29,6 +29,7 @@
 mod glb;
 mod kept;
 mod materials;
+mod split;
 mod wedges;
 
 use crate::map::manifest::Layout;
@@ -57,6 +58,8 @@ pub struct Carrier<'a> {
     pub name: &'a str,
     /// Model that was baked.
     pub model: &'a Model,
+    /// Model before it got new texture coordinates for the map; `None` if it has its own.
+    pub original: Option<&'a Model>,
     /// Unit normals that the map displaces along; zero where there is none. #V×3
     pub normals: &'a [Vec3],
     /// Texture coordinates at which each source vertex samples the map, v up; `None` if it is not displaced. #v×2
@@ -153,6 +156,13 @@ pub enum GltfError {
     /// A position or normal is not finite in single precision, and glTF allows neither infinity nor NaN.
     #[error("a position or normal is too large for single precision or not finite, and glTF cannot hold it")]
     NotFinite,
+    /// A mesh that came as glTF has vertices that would have to be split at the seams of new texture coordinates, but an attribute of
+    /// them cannot be read.
+    #[error("accessor {accessor} cannot be read, so that vertices with its values cannot be split at seams")]
+    Attribute {
+        /// Index of the accessor in the document.
+        accessor: usize,
+    },
     /// The file would be longer than 4 GiB.
     #[error(transparent)]
     TooLarge(#[from] TooLarge),
@@ -162,7 +172,8 @@ pub enum GltfError {
 /// Textures that are PNG or JPEG files are embedded, others are left out.
 ///
 /// A model that came as glTF keeps its document, if [`keeps_document`] says so: the vertices get the normals, samples and target in
-/// addition, and a primitive on several pages becomes one for each.
+/// addition, and a primitive on several pages becomes one for each. New texture coordinates become a set of their own, and vertices are
+/// split where these are cut.
 ///
 /// Vertices are the distinct pairs of source vertex and texture coordinates at corners of the triangles, in the order of
 /// the source; positions are the welded ones. Texture coordinates have v down. `TEXCOORD_0` is (0, 0) where a corner names
@@ -173,13 +184,14 @@ pub enum GltfError {
 /// taken from the rounded positions. A surface without faces becomes a scene with an empty node.
 ///
 /// # Errors
-/// If a number is not finite in single precision, or if the file would be longer than 4 GiB.
+/// If a number is not finite in single precision, if an attribute of vertices that have to be split cannot be read, or if the file
+/// would be longer than 4 GiB.
 ///
 /// # Panics
 /// If a list has not the length that its field states.
 pub fn glb(carrier: &Carrier, textures: Textures) -> Result<Vec<u8>, GltfError> {
     let model = carrier.model;
-    if let Source::Gltf(file) = model.source()
+    if let Source::Gltf(file) = carrier.original.unwrap_or(model).source()
         && let Some(kept) = kept::glb(carrier, file, textures)?
     {
         return Ok(kept);

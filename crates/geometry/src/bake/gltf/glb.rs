@@ -1,6 +1,7 @@
 //! Binary container of glTF 2.0 (§3.6 and §4 of its specification): a JSON chunk and one buffer, which typed accessors read
 //! through views.
 
+use crate::source::gltf::index;
 use serde_json::{Map, Value, json};
 
 /// Error of a file that is longer than the 32-bit lengths of binary glTF can express.
@@ -101,9 +102,64 @@ impl Buffer {
         let zeros = [0.0; 3];
         self.accessor(json!({ "componentType": FLOAT, "count": count, "type": "VEC3", "min": zeros, "max": zeros }))
     }
+    /// Adds an accessor with the first `count` values of another one, sparse or not, and behind them copies of some of them. Returns its
+    /// index; `None` if there is no such accessor, or if the buffer lacks some of its bytes or has them compressed.
+    pub(super) fn with_copies(&mut self, base: usize, count: usize, copies: &[u32]) -> Option<usize> {
+        let mut entry = self.accessors.get(base)?.clone();
+        let size = value_size(&entry)?;
+        let stride = size.next_multiple_of(ALIGNMENT);
+        let mut values = vec![0; (count + copies.len()) * stride];
+        if !entry["bufferView"].is_null() {
+            let (bytes, step) = self.bytes_of(&entry)?;
+            for (k, out) in values.chunks_exact_mut(stride).take(count).enumerate() {
+                out[..size].copy_from_slice(value(bytes, k.checked_mul(step.unwrap_or(size))?, size)?);
+            }
+        }
+        let sparse = &entry["sparse"];
+        if !sparse.is_null() {
+            let width = component_size(&sparse["indices"])?.min(size_of::<u32>());
+            let ((at, _), (others, _)) = (self.bytes_of(&sparse["indices"])?, self.bytes_of(&sparse["values"])?);
+            for k in 0..index(&sparse["count"])? {
+                let mut bytes = [0; size_of::<u32>()];
+                bytes[..width].copy_from_slice(value(at, k * width, width)?);
+                if let Some(out) = values.chunks_exact_mut(stride).take(count).nth(u32::from_le_bytes(bytes) as usize) {
+                    out[..size].copy_from_slice(value(others, k * size, size)?);
+                }
+            }
+        }
+        for (to, from) in (count..).zip(copies) {
+            let from = *from as usize * stride;
+            values.copy_within(from..from + stride, to * stride);
+        }
+        let (view, out) = self.view(values.len(), Some(ARRAY_BUFFER));
+        out.copy_from_slice(&values);
+        if stride != size {
+            self.views[view]["byteStride"] = stride.into();
+        }
+        let fields = entry.as_object_mut()?;
+        fields.retain(|name, _| name != "byteOffset" && name != "sparse");
+        entry["bufferView"] = view.into();
+        entry["count"] = (count + copies.len()).into();
+        Some(self.accessor(entry))
+    }
+    /// Bytes from the place that a view and an offset give to the end of the view, and its distance between values if it has one.
+    fn bytes_of(&self, place: &Value) -> Option<(&[u8], Option<usize>)> {
+        let view = self.views.get(index(&place["bufferView"])?)?;
+        let is_compressed = |name: &String| name.ends_with("_meshopt_compression");
+        if view["extensions"].as_object().is_some_and(|extensions| extensions.keys().any(is_compressed)) {
+            return None;
+        }
+        let start = index(&view["byteOffset"]).unwrap_or(0);
+        let end = start.checked_add(index(&view["byteLength"])?)?;
+        let start = start.checked_add(index(&place["byteOffset"]).unwrap_or(0))?;
+        Some((self.bytes.get(start..end)?, index(&view["byteStride"])))
+    }
     /// Adds at least one triangle between `vertices` vertices, and returns the index of the accessor.
     pub(super) fn indices(&mut self, triangles: &[[u32; 3]], vertices: usize) -> usize {
-        let indices = triangles.as_flattened();
+        self.index_list(triangles.as_flattened(), vertices)
+    }
+    /// Adds at least one index of one of `vertices` vertices, and returns the index of the accessor.
+    pub(super) fn index_list(&mut self, indices: &[u32], vertices: usize) -> usize {
         let short = vertices <= VERTICES_OF_SHORT_INDICES;
         let (kind, width) = if short { (UNSIGNED_SHORT, 2) } else { (UNSIGNED_INT, 4) };
         let (view, out) = self.view(indices.len() * width, Some(ELEMENT_ARRAY_BUFFER));
@@ -141,6 +197,37 @@ impl Buffer {
         out[8..12].copy_from_slice(&total);
         Ok(out)
     }
+}
+
+/// Bytes of a component of the values of an accessor; `None` if its type is unknown.
+fn component_size(accessor: &Value) -> Option<usize> {
+    match accessor["componentType"].as_u64()? {
+        5120 | 5121 => Some(1),
+        5122 | 5123 => Some(2),
+        5125 | 5126 => Some(4),
+        _ => None,
+    }
+}
+
+/// Bytes of a value of an accessor; `None` if its type is unknown. Columns of matrices are aligned.
+fn value_size(accessor: &Value) -> Option<usize> {
+    let component = component_size(accessor)?;
+    let square = |n: usize| Some(n * (n * component).next_multiple_of(ALIGNMENT));
+    match accessor["type"].as_str()? {
+        "SCALAR" => Some(component),
+        "VEC2" => Some(2 * component),
+        "VEC3" => Some(3 * component),
+        "VEC4" => Some(4 * component),
+        "MAT2" => square(2),
+        "MAT3" => square(3),
+        "MAT4" => square(4),
+        _ => None,
+    }
+}
+
+/// The `size` bytes of a value.
+fn value(bytes: &[u8], start: usize, size: usize) -> Option<&[u8]> {
+    bytes.get(start..start.checked_add(size)?)
 }
 
 /// Adds a list to a document unless it is empty, which glTF does not allow.

@@ -3,6 +3,7 @@
 
 use super::glb::Buffer;
 use super::materials::{Materials, Sets};
+use super::split::{Made, Named, Split};
 use super::{Carrier, GltfError, TARGET, Textures, v_down};
 use crate::map::displacement::MapKind;
 use crate::mesh::jagged::{Index, Ragged};
@@ -14,6 +15,10 @@ use serde_json::{Map as Object, Value, json};
 /// Accessors that the vertices of a block get.
 struct Added<'a> {
     block: &'a Block,
+    /// New texture coordinates of the vertices, and where these are split; `None` if the map lies in those of the document.
+    split: Option<Split<'a>>,
+    /// Accessor of the new texture coordinates.
+    unwrapped: Option<usize>,
     normals: usize,
     samples: usize,
     vertex_texels: Option<usize>,
@@ -21,18 +26,22 @@ struct Added<'a> {
 }
 
 /// Writes the document of the source with, for each vertex of the surface, the normal that the map displaces along, the place
-/// where it samples the map, and the denoised position as the last morph target. A primitive on several pages becomes one for each.
+/// where it samples the map, and the denoised position as the last morph target. A primitive on several pages becomes one for each, and
+/// vertices are split where new texture coordinates are cut.
 /// `None` if the document cannot have that, see [`is_possible`], or if a view of it names no buffer.
 pub(super) fn glb(carrier: &Carrier, gltf: &Gltf, textures: Textures) -> Result<Option<Vec<u8>>, GltfError> {
     let Some((mut document, mut buffer)) = opened(gltf) else { return Ok(None) };
-    let sets = Sets::from(next_set(&Value::Object(document.clone())).max(1), carrier);
+    let sets = Sets::from(next_set(&Value::Object(document.clone())), carrier);
     let mut materials = Materials::continuing(&mut buffer, carrier, &mut document, sets);
     materials.embed_images(&mut buffer, textures, carrier.relocate);
     let describes = carrier.map.entry.get("map").is_none_or(|kind| can_describe(gltf, kind));
+    let named = carrier.original.map(|_| Named::new(carrier.model));
     let mut added: FxHashMap<usize, Added> = FxHashMap::default();
     for block in gltf.position_blocks() {
-        added.insert(block.index, add(carrier, gltf, block, &mut buffer)?);
+        let split = named.as_ref().map(|named| named.split(block));
+        added.insert(block.index, add(carrier, gltf, (block, split), &mut buffer)?);
     }
+    let mut made = Made::default();
     let counts: Vec<usize> = accessor_counts(gltf);
     let mut meshes = match document.remove("meshes") {
         Some(Value::Array(meshes)) => meshes,
@@ -65,8 +74,11 @@ pub(super) fn glb(carrier: &Carrier, gltf: &Gltf, textures: Textures) -> Result<
             for PagePrimitive { mut primitive, page, samples } in
                 divided(carrier, gltf, (primitive, added), &mut buffer)
             {
+                if let Some(split) = &added.split {
+                    split.apply(&mut primitive, gltf, &mut buffer, &mut made)?;
+                }
                 primitive["attributes"]["NORMAL"] = added.normals.into();
-                set_samples(&mut primitive, sets, samples, added.vertex_texels);
+                set_samples(&mut primitive, sets, samples, added);
                 if let Some(page) = page.filter(|_| describes) {
                     primitive["material"] = materials.describe(material, page).into();
                 }
@@ -148,8 +160,11 @@ fn divided(
 }
 
 /// Gives the vertices of a primitive the places at which they sample the maps.
-fn set_samples(primitive: &mut Value, sets: Sets, samples: usize, vertex_texels: Option<usize>) {
+fn set_samples(primitive: &mut Value, sets: Sets, samples: usize, added: &Added) {
     let attributes = &mut primitive["attributes"];
+    if let Some((set, uvs)) = sets.unwrapped.zip(added.unwrapped) {
+        attributes[format!("TEXCOORD_{set}")] = uvs.into();
+    }
     // Sets are numbered from 0 without gaps.
     for k in 0..=sets.samples {
         let name = format!("TEXCOORD_{k}");
@@ -157,7 +172,7 @@ fn set_samples(primitive: &mut Value, sets: Sets, samples: usize, vertex_texels:
             attributes[&name] = samples.into();
         }
     }
-    if let Some(texels) = vertex_texels {
+    if let Some(texels) = added.vertex_texels {
         attributes[format!("TEXCOORD_{}", sets.vertices)] = texels.into();
     }
 }
@@ -242,11 +257,19 @@ fn with_weight(of: &Value, own: usize, lambda: f64) -> Value {
 }
 
 /// Adds what the vertices of a block get.
-fn add<'a>(carrier: &Carrier, gltf: &Gltf, block: &'a Block, buffer: &mut Buffer) -> Result<Added<'a>, GltfError> {
+fn add<'a>(
+    carrier: &Carrier,
+    gltf: &Gltf,
+    (block, split): (&'a Block, Option<Split<'a>>),
+    buffer: &mut Buffer,
+) -> Result<Added<'a>, GltfError> {
     let vertex_of = carrier.model.weld().vertex_of();
     let (mut normals, mut samples, mut moves, mut turns) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let unit = |n: DVec3| block.local_normal(n).try_normalize().unwrap_or(DVec3::Z);
-    for (k, source) in block.values().enumerate() {
+    let copies = split.as_ref().map_or(&[][..], Split::copies);
+    let vertices = || (0..block.values().len()).chain(copies.iter().map(|v| *v as usize));
+    for k in vertices() {
+        let source = block.values().start + k;
         let v = vertex_of[source] as usize;
         let normal =
             if carrier.normals[v] == Vec3::ZERO { Vec3::Z } else { unit(carrier.normals[v].as_dvec3()).as_vec3() };
@@ -266,9 +289,10 @@ fn add<'a>(carrier: &Carrier, gltf: &Gltf, block: &'a Block, buffer: &mut Buffer
         return Err(GltfError::NotFinite);
     }
     let target = json!({ "POSITION": buffer.attribute(&moves), "NORMAL": buffer.attribute(&turns) });
-    let texels =
-        |texels: &[Vec2]| buffer.attribute(&texels[block.values()].iter().copied().map(v_down).collect::<Vec<_>>());
+    let texel = |texels: &[Vec2], k: usize| v_down(texels[block.values().start + k]);
+    let texels = |texels: &[Vec2]| buffer.attribute(&vertices().map(|k| texel(texels, k)).collect::<Vec<_>>());
     let vertex_texels = carrier.vertex_texels.map(texels);
+    let unwrapped = split.as_ref().map(|split| buffer.attribute(&split.uvs()));
     let (normals, samples) = (buffer.attribute(&normals), buffer.attribute(&samples));
-    Ok(Added { block, normals, samples, vertex_texels, target })
+    Ok(Added { block, split, unwrapped, normals, samples, vertex_texels, target })
 }

@@ -51,12 +51,21 @@ pub(super) struct Sets {
     pub(super) samples: usize,
     /// Set at which shading maps with one texel for each source vertex are sampled.
     pub(super) vertices: usize,
+    /// Set of the texture coordinates that were made for the maps; `None` if these lie in those of the document.
+    pub(super) unwrapped: Option<usize>,
 }
 
 impl Sets {
-    /// The sets of planish from a free one on.
+    /// The sets of planish beside one set of the mesh, with which it may share the texture coordinates that were made for the maps.
+    fn beside_one(carrier: &Carrier) -> Self {
+        Self { samples: 1, vertices: 1 + usize::from(carrier.vertex_texels.is_some()), unwrapped: None }
+    }
+    /// The sets of planish from a free one of a document on.
     pub(super) fn from(free: usize, carrier: &Carrier) -> Self {
-        Self { samples: free, vertices: free + usize::from(carrier.vertex_texels.is_some()) }
+        let unwrapped = carrier.original.map(|_| free);
+        // A document without texture coordinates has a set 0 all the same.
+        let samples = unwrapped.map_or(free.max(1), |set| set + 1);
+        Self { samples, vertices: samples + usize::from(carrier.vertex_texels.is_some()), unwrapped }
     }
 }
 
@@ -86,7 +95,7 @@ pub(super) struct Materials<'a> {
 impl<'a> Materials<'a> {
     /// Adds the displacement map, but no materials yet.
     pub(super) fn new(buffer: &mut Buffer, carrier: &'a Carrier, files: Option<Textures<'a>>) -> Self {
-        let mut new = Self { files, ..Self::empty(carrier, Sets::from(1, carrier)) };
+        let mut new = Self { files, ..Self::empty(carrier, Sets::beside_one(carrier)) };
         for material in carrier.materials {
             new.defined.entry(material.name.as_str()).or_insert(material);
         }
@@ -173,7 +182,8 @@ impl<'a> Materials<'a> {
         if !entry["extras"].is_object() {
             entry["extras"] = json!({});
         }
-        let own_set = entry["pbrMetallicRoughness"]["baseColorTexture"]["texCoord"].as_u64().unwrap_or(0);
+        let of_colours = entry["pbrMetallicRoughness"]["baseColorTexture"]["texCoord"].as_u64().unwrap_or(0);
+        let own_set = self.sets.unwrapped.map_or(of_colours, |set| set as u64);
         let mut extras = self.extras[page as usize].clone();
         if own_set != 0 {
             for name in ["normalMap", "occlusion", "curvature"] {

@@ -113,6 +113,7 @@ impl Owned {
             name: "a",
             relocate: &str::to_owned,
             model: &self.model,
+            original: None,
             normals: &self.normals,
             sample_at: &self.samples,
             vertex_texels: None,
@@ -277,6 +278,7 @@ fn colours_of_vertices_are_linear() {
     let carrier = Carrier {
         name: "a",
         model: &model,
+        original: None,
         normals: &normals,
         sample_at: &samples,
         vertex_texels: None,
@@ -446,4 +448,45 @@ fn indices_are_short_where_the_highest_one_is_left_over() {
         assert_eq!(parsed.accessor(&accessor.into())["componentType"], kind);
         assert_eq!(parsed.triangles(&json!({ "indices": accessor })), [[last as usize, 1, 2]]);
     }
+}
+
+#[test]
+fn values_are_copied_behind_all_kinds_of_accessors() {
+    let mut buffer = glb::Buffer::with_capacity(0);
+    let plain = buffer.attribute(&[[1.0, 2.0], [3.0, 4.0], [5.0, 6.0]]);
+    let sparse = buffer.changed(plain, 3, &[(1, [7.0, 8.0])]);
+    let zeros = buffer.zeros(3);
+    let copied = [plain, sparse, zeros].map(|of| buffer.with_copies(of, 3, &[1, 0, 1]).unwrap());
+    assert_eq!(buffer.with_copies(99, 3, &[]), None, "there is no such accessor");
+    assert_eq!(buffer.with_copies(plain, 4, &[]), None, "the view has three values");
+    let parsed = Parsed::new(&buffer.finish(Object::new()).unwrap());
+    let [plain, sparse, zeros] = copied.map(Value::from);
+    let own = [[1.0, 2.0], [3.0, 4.0], [5.0, 6.0]];
+    assert_eq!(parsed.floats::<2>(&plain), [own[0], own[1], own[2], own[1], own[0], own[1]]);
+    let changed = [7.0, 8.0];
+    assert_eq!(parsed.floats::<2>(&sparse), [own[0], changed, own[2], changed, own[0], changed]);
+    assert_eq!(parsed.floats::<3>(&zeros), [[0.0; 3]; 6]);
+    assert_eq!(parsed.accessor(&plain)["max"], json!([5.0, 6.0]));
+
+    // Two bytes of three stand behind each other in a view with four bytes from value to value, behind an offset.
+    let view = json!({ "buffer": 0, "byteOffset": 1, "byteLength": 11, "byteStride": 4 });
+    let entry = json!({
+        "bufferView": 0, "byteOffset": 3, "componentType": 5121, "normalized": true, "count": 2, "type": "VEC3", "name": "colours",
+    });
+    let compressed = json!({ "buffer": 0, "byteLength": 8, "extensions": { "EXT_meshopt_compression": {} } });
+    let other = json!({ "bufferView": 1, "componentType": 5121, "count": 2, "type": "VEC4" });
+    let bytes = (0..12).collect();
+    let mut buffer = glb::Buffer::continuing(bytes, vec![view, compressed], vec![entry, other]);
+    let copied: Value = buffer.with_copies(0, 2, &[1]).unwrap().into();
+    assert_eq!(buffer.with_copies(1, 2, &[1]), None, "compressed");
+    let parsed = Parsed::new(&buffer.finish(Object::new()).unwrap());
+    let entry = parsed.accessor(&copied);
+    assert_eq!(parsed.view(&entry["bufferView"]), [4, 5, 6, 0, 8, 9, 10, 0, 8, 9, 10, 0]);
+    assert_eq!(parsed.json["bufferViews"][at(&entry["bufferView"])]["byteStride"], 4);
+    assert_eq!((&entry["count"], &entry["normalized"], &entry["name"]), (&json!(3), &json!(true), &json!("colours")));
+    assert!(entry["byteOffset"].is_null());
+}
+
+fn at(value: &Value) -> usize {
+    value.as_u64().unwrap() as usize
 }
