@@ -84,7 +84,7 @@ class Bake:
     def sampled_at(self):
         """The texture coordinate, v up, that each vertex samples at (#V x 2), in single precision."""
         if self.map["layout"] == "uv":
-            places = self.uvs[self.texels].astype("f4")
+            places = self.uvs[self.texels].astype("f4") - np.float32(self.map.get("tile", [0, 0]))
             vertices, column, row = np.array(self.manifest.get("private_texels", []), dtype=int).reshape(-1, 3).T
             places[vertices - 1] = self.centres(column, row)
             return places
@@ -191,6 +191,11 @@ def folded(path, folder):
 def tiles(path, folder):
     """A copy of a mesh whose texture coordinates are stretched over two UDIM tiles; faces lie across their border."""
     return with_u(path, folder / f"tiles_{path.name}", lambda u: 2 * u)
+
+
+def beside(path, folder):
+    """A copy of a mesh whose texture coordinates lie one tile farther."""
+    return with_u(path, folder / f"beside_{path.name}", lambda u: u + 1)
 
 
 def with_u(path, copy, change):

@@ -46,13 +46,13 @@ def planish_quantities():
 
 @pytest.fixture(scope="session")
 def baked(planish, tmp_path_factory):
-    """A function of a mesh file, "uvs", "bare" (without its texture coordinates), "folded" (with charts upon others) or
-    "tiles" (over two UDIM tiles), and options of `planish bake`; each case is baked once."""
+    """A function of a mesh file, "uvs", "bare" (without its texture coordinates), "folded" (with charts upon others),
+    "beside" (in the next UDIM tile) or "tiles" (over two of them), and options of `planish bake`; each case is baked once."""
     # It imports this file.
-    from baked import bake, folded, tiles, without_uvs
+    from baked import bake, beside, folded, tiles, without_uvs
 
     done = {}
-    change = {"uvs": lambda mesh, _: mesh, "bare": without_uvs, "folded": folded, "tiles": tiles}
+    change = {"uvs": lambda mesh, _: mesh, "bare": without_uvs, "beside": beside, "folded": folded, "tiles": tiles}
 
     def make(mesh, uvs, *options):
         key = (mesh, uvs, options)

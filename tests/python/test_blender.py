@@ -27,6 +27,7 @@ def evaluated(code, call, file, tmp_path):
 CASES = [
     pytest.param(DUCK, "uvs", ("--bits", "16"), id="duck-uv-16"),
     pytest.param(DUCK, "uvs", ("--bits", "32", "--lambda", "0.5"), id="duck-uv-half"),
+    pytest.param(DUCK, "beside", ("--bits", "32"), id="duck-beside-32"),
     pytest.param(SPOT, "uvs", ("--bits", "32"), id="spot-uv-32"),
     pytest.param(DUCK, "uvs", ("--layout", "vertex", "--bits", "32"), id="duck-vertex-32"),
     pytest.param(DUCK, "bare", ("--layout", "vertex", "--bits", "16"), id="bare-vertex-16"),

@@ -49,6 +49,7 @@ CARRIERS = [
     pytest.param(DUCK, "uvs", EXR, EXACT, EXACT, id="duck-uv-32"),
     pytest.param(DUCK, "uvs", ("--bits", "8"), EXACT, CUT, id="duck-uv-8"),
     pytest.param(DUCK, "uvs", (*EXR, "--lambda", "0.5"), EXACT, EXACT, id="duck-uv-half"),
+    pytest.param(DUCK, "beside", EXR, EXACT, EXACT, id="duck-beside-32"),
     pytest.param(SPOT, "uvs", EXR, EXACT, EXACT, id="spot-uv-32"),
     pytest.param(SPOT, "uvs", ("--bits", "16"), CUT, CUT, id="spot-uv-16"),
     pytest.param(DUCK, "bare", (*VERTEX, *EXR), EXACT, EXACT, id="duck-vertex-32"),
@@ -60,6 +61,7 @@ CARRIERS = [
 @pytest.mark.parametrize("mesh, uvs, options, bound, elsewhere", CARRIERS)
 def test_carrier(mesh, uvs, options, bound, elsewhere, baked, tmp_path, request):
     case = baked(mesh, uvs, *options)
+    assert case.map.get("tile", [0, 0]) == ([1, 0] if uvs == "beside" else [0, 0])
     name = f"threejs-{request.node.callspec.id}"
     meshes = shown(name, case, "loadCarrier", ["/files/", case.name], "threejs-obj", tmp_path)
     settings = case.manifest["clients"]["threejs"]
@@ -81,6 +83,7 @@ def test_carrier(mesh, uvs, options, bound, elsewhere, baked, tmp_path, request)
 
 GLTFS = [
     pytest.param(DUCK, "uvs", EXR, id="duck-uv-32"),
+    pytest.param(DUCK, "beside", EXR, id="duck-beside-32"),
     pytest.param(SPOT, "uvs", EXR, id="spot-uv-32"),
     pytest.param(DUCK, "uvs", (*VERTEX, *EXR), id="duck-vertex-32"),
     pytest.param(DUCK, "uvs", (*VERTEX, "--bits", "8"), id="duck-vertex-8"),

@@ -154,7 +154,7 @@ pub fn mtl(data: &[u8]) {
     if !materials::is_library(data) {
         return;
     }
-    let maps = materials::MapStatements { displacement: None, normal: Some("n.png") };
+    let maps = materials::MapStatements { normal: Some("n.png"), ..Default::default() };
     let written =
         materials::carrier_library(mesh.data(), &[data.to_vec()], |_| maps.clone(), |name| format!("../{name}"));
     assert!(materials::is_library(&written));

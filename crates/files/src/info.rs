@@ -22,7 +22,7 @@ use crate::disk;
 use crate::failure::Failure;
 use crate::input::{self, Trust};
 use crate::named_path::{self, NamedPath};
-use crate::text::{count, shown};
+use crate::text::{self, count, shown};
 use planish_geometry::map::layout_issues::LayoutIssues;
 use planish_geometry::map::map_size::{self, Spacing};
 use planish_geometry::map::{Coverage, Size};
@@ -190,7 +190,8 @@ pub fn inspect(path: &Path, model: &Model, trust: Trust, progress: &dyn Progress
 /// Inspects the UV layout and adds its problems to `notes`. Returns `None` without usable texture coordinates.
 fn inspect_layout(model: &Model, progress: &dyn Progress, notes: &mut Vec<String>) -> Result<Option<Layout>, Failure> {
     let surface = model.surface();
-    let layout = match model.atlas() {
+    let tile = model.tile();
+    let layout = match model.atlas_in(tile) {
         Ok(atlas) => {
             let spacing = Spacing::new(&atlas);
             let choice = spacing.choose(&map_size::sides(map_size::LARGEST_SIDE));
@@ -198,6 +199,7 @@ fn inspect_layout(model: &Model, progress: &dyn Progress, notes: &mut Vec<String
             let coverage = Coverage::new(surface, &atlas, Size::square(probe), progress)?;
             let findings = LayoutIssues::of(surface, &atlas, &spacing, &coverage);
             notes.extend(findings.problems());
+            notes.extend(text::in_tile(tile));
             Some(Layout {
                 charts: atlas.charts(surface),
                 probe,

@@ -11,6 +11,7 @@
 //! assert_eq!(text::shown(Path::new("scan\nerror: 7.obj")), r"scan\nerror: 7.obj");
 //! ```
 
+use glam::IVec2;
 use planish_geometry::denoise::NormalField;
 use planish_geometry::denoise::limits::Outcome;
 use planish_geometry::map::manifest::Report;
@@ -77,6 +78,13 @@ pub fn errors(r: &Report, range: f64) -> String {
     };
     let positions = format!("max {:.3e}, 99 % below {:.3e}, mean {:.3e}", r.max_error, r.p99_error, r.mean_error);
     format!("{positions}; of the map alone max {}, 99 % below {}", unit(map.max), unit(map.p99))
+}
+
+/// Returns a note if the texture coordinates of a mesh lie in another tile than [0, 1]², which is told by its lower left corner.
+pub fn in_tile(tile: IVec2) -> Option<String> {
+    let corner = format!("({}, {})", tile.x, tile.y);
+    let note = "maps repeat there, and programs that do not repeat them subtract this corner";
+    (tile != IVec2::ZERO).then(|| format!("the UVs lie in the tile from {corner}: {note}"))
 }
 
 /// Describes the normals that a map displaces along.

@@ -49,13 +49,13 @@ use crate::map::displace::{self, DisplacementDirections};
 use crate::map::displacement::MapKind;
 use crate::map::manifest::Manifest;
 use crate::map::map_size::MapSizeChoice;
-use crate::map::pages::PageRule;
+use crate::map::pages::{PageRule, Pages};
 use crate::mesh::atlas::{Atlas, AtlasError};
 use crate::mesh::jagged::Index;
 use crate::progress::Progress;
 use crate::source::model::Model;
 use draft::Draft;
-use glam::DVec3;
+use glam::{DVec3, IVec2};
 
 /// Files beside a mesh that its materials need.
 #[derive(Clone, Copy)]
@@ -127,9 +127,14 @@ struct Request<'a> {
 }
 
 impl Request<'_> {
+    /// Tile of the texture coordinates for a map with one image, by its lower left corner.
+    fn tile(&self) -> Result<IVec2, BakeError> {
+        let pages = Pages::of(self.model.data(), self.settings.pages)?;
+        Ok(if pages.is_none() { self.model.tile() } else { IVec2::ZERO })
+    }
     /// Layout of the model's texture coordinates; `None` if the model has none and the bake needs none.
     fn atlas(&self) -> Result<Option<Atlas>, BakeError> {
-        match (self.model.atlas(), self.settings.layout) {
+        match (self.model.atlas_in(self.tile()?), self.settings.layout) {
             (Ok(atlas), _) => Ok(Some(atlas)),
             (Err(AtlasError::NoUvs), _) if self.settings.map == MapKind::VectorTangent => Err(BakeError::NoTangents),
             (Err(AtlasError::NoUvs), LayoutChoice::Auto | LayoutChoice::Vertex) => Ok(None),

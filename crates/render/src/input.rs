@@ -94,7 +94,7 @@ pub fn bind_map(model: &Model, scene: &Scene, map: Displacement, lines: &[Shader
 /// A map that puts heights on a scene, at the dominant texture coordinate of each vertex, so that nothing cracks.
 /// None where the model has no texture coordinates.
 pub fn bind_heights(model: &Model, scene: &Scene, map: Displacement) -> Option<DisplacementBinding> {
-    let atlas = model.atlas().ok()?;
+    let atlas = model.atlas_in(model.tile()).ok()?;
     let mesh = scene.mesh();
     let normals = vertex_normals(model.surface(), FaceWeight::Angle);
     let vertex = |(v, (position, normal)): (Index, (&Vec3, DVec3))| ShaderVertex {

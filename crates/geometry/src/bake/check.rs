@@ -45,7 +45,7 @@ pub fn check(
         (entry.uvs == UvSource::Unwrapped).then(|| with_uvs_of(model, files.carrier, manifest.welding)).transpose()?;
     let model = unwrapped.as_ref().unwrap_or(model);
     displace::check_mesh(model.data(), manifest)?;
-    let atlas = match model.atlas() {
+    let atlas = match model.atlas_in(entry.tile) {
         Err(AtlasError::NoUvs) if entry.layout == Layout::Vertex => None,
         atlas => Some(atlas?),
     };

@@ -15,13 +15,15 @@ use crate::mesh::atlas::Atlas;
 use crate::mesh::jagged::Index;
 use crate::source::materials::{self, MapStatements};
 use crate::source::model::Model;
+use glam::IVec2;
 use std::collections::BTreeSet;
 
-/// Manifest without checksums, carrier and report, which are known only when the files are made.
+/// Manifest without checksums, carrier and report, which are known only when the files are made. `tile` is that of `atlas`.
 pub(super) fn manifest_of(
     request: &Request,
     displacements: &VertexDisplacements,
     atlas: Option<&Atlas>,
+    tile: IVec2,
     maps: &Maps,
 ) -> Manifest {
     let Request { model, names, settings, .. } = *request;
@@ -37,6 +39,7 @@ pub(super) fn manifest_of(
     Manifest {
         planish: match (&pages, private_texels.as_slice()) {
             (Some(_), _) => 3,
+            _ if tile != IVec2::ZERO => 4,
             (None, [_, ..]) => 2,
             (None, []) => 1,
         },
@@ -58,6 +61,7 @@ pub(super) fn manifest_of(
             interpolation: is_uv.then_some(settings.interpolation),
             texels: is_uv.then_some(settings.texels),
             uvs: UvSource::Mesh,
+            tile,
             width: size.width,
             height: size.height,
             texel: settings.texel,
@@ -101,7 +105,8 @@ pub(super) fn statements<'a>(manifest: &'a Manifest, has_own_uvs: bool, material
         base: mtl.base,
         gain: mtl.gain,
     });
-    MapStatements { displacement, normal: normal_map.as_ref().map(|map| map.file.as_str()) }
+    let normal = normal_map.as_ref().map(|map| map.file.as_str());
+    MapStatements { displacement, normal, tile: manifest.displacement.tile }
 }
 
 /// Entry of the normal map of an image.

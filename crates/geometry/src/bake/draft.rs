@@ -13,6 +13,7 @@ use crate::map::map_size::{MapSizeChoice, MapSizeReason};
 use crate::mesh::atlas::Atlas;
 use crate::source::materials;
 use crate::source::model::Model;
+use glam::IVec2;
 use rayon::prelude::*;
 
 /// Maps, carrier and manifest of a bake whose report decides whether they are kept.
@@ -36,6 +37,7 @@ impl Draft {
         let Request { model, names, settings, progress, .. } = *request;
         progress.stage("layout");
         let atlas = request.atlas()?;
+        let tile = if atlas.is_some() { request.tile()? } else { IVec2::ZERO };
         let library_file = format!("{}.mtl", names.carrier);
         // Writing and reading a text file keeps one thread as busy as the maps keep the others.
         let ((source_sha256, carrier), maps) = rayon::join(
@@ -48,7 +50,7 @@ impl Draft {
         );
         let (carrier, maps) = (carrier?, maps?);
         progress.check()?;
-        let mut manifest = manifest_of(request, displacements, atlas.as_ref(), &maps);
+        let mut manifest = manifest_of(request, displacements, atlas.as_ref(), tile, &maps);
         manifest.source.sha256 = source_sha256;
         if manifest.displacement.layout == Layout::Uv {
             manifest.displacement.uvs = if original.is_some() { UvSource::Unwrapped } else { UvSource::Mesh };

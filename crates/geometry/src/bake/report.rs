@@ -11,11 +11,12 @@ use crate::map::manifest::{
 use crate::map::pages::Pages;
 use crate::map::tangents::Tangent;
 use crate::map::{HeightMap, per_vertex};
+use crate::mesh::atlas;
 use crate::mesh::jagged::Index;
 use crate::metrics::percentile;
 use crate::source::model::Model;
 use crate::source::{Corner, MeshData};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, IVec2, Vec3};
 use rayon::prelude::*;
 use std::borrow::Cow;
 
@@ -173,6 +174,8 @@ struct Mesh<'a> {
     /// Expected position of each vertex. #V×3, model units
     expected: &'a [DVec3],
     origin: DVec3,
+    /// Lower left corner of the tile of the texture coordinates.
+    tile: IVec2,
 }
 
 /// Samples of a map with pages.
@@ -225,7 +228,16 @@ impl<'a> Mesh<'a> {
         for (vertex, sample) in vertices.iter_mut().zip(paged.iter().flat_map(|paged| &paged.samples)) {
             vertex.sample_at = vertex.sample_at.filter(|_| sample.is_some());
         }
-        Self { model, vertices, paged, drawn, used, expected: &offsets.positions, origin: entry.origin }
+        Self {
+            model,
+            vertices,
+            paged,
+            drawn,
+            used,
+            expected: &offsets.positions,
+            origin: entry.origin,
+            tile: entry.tile,
+        }
     }
 
     /// Copy of these vertices that samples texels by texture coordinates at their centres, not by index.
@@ -347,7 +359,7 @@ impl<'a> Mesh<'a> {
         let uv = carrier.uvs()[uv as usize];
         let uv = match &self.paged {
             Some(paged) => paged.entries[page as usize].part.uv_in_image(uv),
-            None => uv.as_vec2(),
+            None => atlas::in_tile(uv, self.tile),
         };
         let vertex = ShaderVertex { sample_at: Some(SampleAt::Uv(uv)), ..self.vertices[source as usize] };
         vertex.displaced(&map[page as usize], 1.0)

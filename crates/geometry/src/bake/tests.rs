@@ -340,3 +340,4 @@ fn normal_maps_are_flat_where_charts_overlap() {
 
 mod carrier;
 mod pages;
+mod tile;

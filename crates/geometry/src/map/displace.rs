@@ -18,13 +18,13 @@ use crate::denoise::NormalField;
 use crate::map::displacement::{Displacement, MapKind, PageSample, SampleAt, Weights};
 use crate::map::manifest::{self, Layout, Manifest, PageEntry, UvSource};
 use crate::map::tangents::{self, Tangent};
-use crate::mesh::atlas::AtlasError;
+use crate::mesh::atlas::{self, AtlasError};
 use crate::mesh::jagged::Index;
 use crate::mesh::weld::Welding;
 use crate::source::model::{Model, NoFileNormals};
 use crate::source::obj::Obj;
 use crate::source::{MeshData, Source};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, IVec2, Vec3};
 use rayon::prelude::*;
 
 /// Distance from the origin, in diagonals of the bounds, up to which single precision has digits enough for coordinates.
@@ -90,6 +90,8 @@ pub enum SamplingRule {
         dominant: Vec<[Index; 2]>,
         /// Ascending pairs of the indices of a source vertex and of its private texel, counted row by row from the top.
         private: Vec<[Index; 2]>,
+        /// Lower left corner of the tile of the texture coordinates, which is subtracted from them.
+        tile: IVec2,
     },
     /// The i-th source vertex reads the i-th texel.
     PerVertex,
@@ -107,7 +109,11 @@ impl SamplingRule {
             return Self::Gathered(samples);
         }
         match manifest.displacement.layout {
-            Layout::Uv => Self::Uv { dominant: manifest.dominant_pairs(), private: manifest.private_pairs() },
+            Layout::Uv => Self::Uv {
+                dominant: manifest.dominant_pairs(),
+                private: manifest.private_pairs(),
+                tile: manifest.displacement.tile,
+            },
             Layout::Vertex => Self::PerVertex,
         }
     }
@@ -117,7 +123,8 @@ impl SamplingRule {
 pub fn carrier_vertices(carrier: &MeshData, rule: &SamplingRule, origin: DVec3) -> Vec<ShaderVertex> {
     let vertex = |p: &DVec3| ShaderVertex { position: (*p - origin).as_vec3(), ..ShaderVertex::default() };
     let mut vertices: Vec<ShaderVertex> = carrier.positions().iter().map(vertex).collect();
-    let uv = |vt: Index| SampleAt::Uv(carrier.uvs()[vt as usize].as_vec2());
+    let tile = if let SamplingRule::Uv { tile, .. } = rule { *tile } else { IVec2::ZERO };
+    let uv = |vt: Index| SampleAt::Uv(atlas::in_tile(carrier.uvs()[vt as usize], tile));
     for corner in carrier.faces().items() {
         let vertex = &mut vertices[corner.position as usize];
         if let Some(n) = corner.normal() {
@@ -128,7 +135,7 @@ pub fn carrier_vertices(carrier: &MeshData, rule: &SamplingRule, origin: DVec3) 
         }
     }
     match rule {
-        SamplingRule::Uv { dominant, private } => {
+        SamplingRule::Uv { dominant, private, .. } => {
             for &[v, vt] in dominant {
                 vertices[v as usize].sample_at = Some(uv(vt));
             }
@@ -334,7 +341,7 @@ pub fn baked_vertices(
     };
     let mut frames = Vec::new();
     if needs_frames {
-        let atlas = model.atlas()?;
+        let atlas = model.atlas_in(manifest.displacement.tile)?;
         let corner_frames = tangents::tangents(model.surface(), &atlas, &normals);
         frames = tangents::at_vertices(model.surface(), &atlas, &normals, &corner_frames);
     }

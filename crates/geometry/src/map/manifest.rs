@@ -50,8 +50,9 @@ pub use report::{BitsError, Filtered, HeightsLoss, MapErrors, OwnUvErrors, OwnUv
 pub use shading::{CurvatureEntry, OcclusionEntry, ShadingMapEntry};
 
 /// Latest version of the format that this crate reads. It also reads the earlier ones, and writes the earliest one that has every
-/// field that a reader has to know: 1 without private texels, 2 with them, 3 with pages.
-pub const VERSION: u64 = 3;
+/// field that a reader has to know: 1 without private texels, 2 with them, 3 with pages, 4 with texture coordinates in another tile than
+/// [0, 1]².
+pub const VERSION: u64 = 4;
 
 /// Largest side of a map, texels.
 pub const LARGEST_SIDE: u32 = 16384;
@@ -59,7 +60,7 @@ pub const LARGEST_SIDE: u32 = 16384;
 /// Description of a baked map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
-    /// Version of the format: 1, or 2 if there are private texels, or 3 if there are pages.
+    /// Version of the format: 1, or 2 if there are private texels, or 3 if there are pages, or 4 if the map has a tile.
     pub planish: u64,
     /// Name and size of the mesh that was baked.
     pub source: SourceEntry,

@@ -18,9 +18,10 @@ use crate::mesh::jagged::{Index, Ragged};
 use crate::mesh::surface::Surface;
 use crate::mesh::topology::EdgeKind;
 use crate::mesh::union_find::UnionFind;
-use glam::DVec2;
+use glam::{DVec2, IVec2, Vec2};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
+use std::collections::BTreeMap;
 
 /// Reasons why a mesh has no layout.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -223,6 +224,35 @@ impl Atlas {
     }
 }
 
+/// Largest number of tiles between a layout and the unit square along an axis with which single precision has digits enough.
+pub const FARTHEST_TILE: i32 = 1000;
+
+/// Texture coordinate from the lower left corner of a tile, which is a square of the integer grid, in single precision as shaders
+/// compute it.
+pub fn in_tile(uv: DVec2, tile: IVec2) -> Vec2 {
+    uv.as_vec2() - tile.as_vec2()
+}
+
+/// Tile of a layout whose faces have these texture coordinates: the unit square if the middle of any face lies there, and else the one
+/// with most middles, if these are more than half. Textures repeat, so a layout in another tile is as good as in the unit square.
+pub fn tile_of(faces: impl Iterator<Item = impl IntoIterator<Item = DVec2>>) -> IVec2 {
+    let (mut tiles, mut count) = (BTreeMap::<[i32; 2], usize>::new(), 0);
+    for face in faces {
+        let none = [DVec2::INFINITY, DVec2::NEG_INFINITY];
+        let [low, high] = face.into_iter().fold(none, |[low, high], uv| [low.min(uv), high.max(uv)]);
+        let middle = (low + high) / 2.0;
+        if in_unit_square(middle) {
+            return IVec2::ZERO;
+        }
+        // A face without texture coordinates has no middle.
+        count += usize::from(middle.is_finite());
+        if middle.abs().max_element() <= FARTHEST_TILE.into() {
+            *tiles.entry(middle.floor().as_ivec2().to_array()).or_default() += 1;
+        }
+    }
+    tiles.into_iter().find(|(_, faces)| 2 * faces > count).map_or(IVec2::ZERO, |(tile, _)| tile.into())
+}
+
 /// Returns true if a texture coordinate is in [0, 1]².
 pub fn in_unit_square(uv: DVec2) -> bool {
     uv.cmpge(DVec2::ZERO).all() && uv.cmple(DVec2::ONE).all()
@@ -280,6 +310,22 @@ mod tests {
         let atlas = Atlas::new(&grid, &uvs, corners.map(Some)).unwrap();
         let expected = Charts { charts: 1, ..Charts::default() };
         assert_eq!(atlas.charts(&grid), expected);
+    }
+
+    #[test]
+    fn the_tile_of_a_layout_is_that_of_most_faces_unless_the_unit_square_has_one() {
+        let at =
+            |x: f64, y: f64| [DVec2::new(x + 0.1, y + 0.2), DVec2::new(x + 0.9, y + 0.2), DVec2::new(x + 0.4, y + 1.0)];
+        let tile = |faces: &[[DVec2; 3]]| tile_of(faces.iter().copied()).to_array();
+        assert_eq!(tile(&[]), [0, 0]);
+        assert_eq!(tile(&[at(0.0, 0.0)]), [0, 0]);
+        assert_eq!(tile(&[at(3.0, -2.0), at(3.0, -2.0), at(7.0, 1.0)]), [3, -2]);
+        assert_eq!(tile(&[at(3.0, -2.0), at(3.0, -2.0), at(0.0, 0.0)]), [0, 0]);
+        assert_eq!(tile(&[at(3.0, -2.0), at(7.0, 1.0)]), [0, 0], "neither has more than half");
+        assert_eq!(tile(&[[DVec2::ONE; 3], at(1.0, 0.0)]), [0, 0], "the border belongs to the unit square");
+        assert_eq!(tile(&[at(1e9, 0.0)]), [0, 0], "single precision has no digits left there");
+        // The corner is exact in single precision.
+        assert_eq!(in_tile(DVec2::new(3.25, -1.0), IVec2::new(3, -2)), Vec2::new(0.25, 1.0));
     }
 
     #[test]

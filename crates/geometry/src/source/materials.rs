@@ -20,6 +20,7 @@ mod spelling;
 pub use spelling::usual_spelling;
 
 use crate::source::MeshData;
+use glam::IVec2;
 use rustc_hash::FxHashSet;
 
 /// Name of the material that carrier faces without a material get.
@@ -173,6 +174,8 @@ pub struct MapStatements<'a> {
     pub displacement: Option<DisplacementStatement<'a>>,
     /// File of the normal map (`norm`).
     pub normal: Option<&'a str>,
+    /// Lower left corner of the tile of the texture coordinates, which clients take off by an offset of the image (`-o`).
+    pub tile: IVec2,
 }
 
 /// The statement `disp -mm base gain file`, with which a client computes p + (base + gain · texel) · n.
@@ -205,9 +208,10 @@ pub fn carrier_library<'a>(
     relocate: impl Fn(&str) -> String,
 ) -> Vec<u8> {
     let added = |material: &[u8]| {
-        let MapStatements { displacement, normal } = maps(&String::from_utf8_lossy(material));
-        let displacement = displacement.map(|d| format!("disp -mm {:?} {:?} {}\n", d.base, d.gain, d.file));
-        let normal = normal.map(|file| format!("norm {file}\n"));
+        let MapStatements { displacement, normal, tile } = maps(&String::from_utf8_lossy(material));
+        let offset = if tile == IVec2::ZERO { String::new() } else { format!("-o {} {} 0 ", -tile.x, -tile.y) };
+        let displacement = displacement.map(|d| format!("disp -mm {:?} {:?} {offset}{}\n", d.base, d.gain, d.file));
+        let normal = normal.map(|file| format!("norm {offset}{file}\n"));
         displacement.unwrap_or_default() + &normal.unwrap_or_default()
     };
     let mut out = Vec::new();
@@ -279,8 +283,8 @@ mod tests {
         let library = b"# scan\r\nnewmtl skin\r\nKd 1 1 1\r\nmap_Kd -bm 1 old dir/t.png\r\nbump old.png\r\n".to_vec();
         let displacement = |file| Some(DisplacementStatement { file, base: 0.5, gain: -1.0 });
         let maps = |material: &str| match material {
-            "skin" => MapStatements { displacement: displacement("a.png"), normal: Some("n.png") },
-            _ => MapStatements { displacement: displacement("b.png"), normal: None },
+            "skin" => MapStatements { displacement: displacement("a.png"), normal: Some("n.png"), tile: IVec2::ZERO },
+            _ => MapStatements { displacement: displacement("b.png"), normal: None, tile: IVec2::new(1, -2) },
         };
         let obj = Obj::parse(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nusemtl skin\nf 3 2 1\n".to_vec()).unwrap();
         let out = carrier_library(obj.data(), &[library], maps, |name| format!("../{name}"));
@@ -288,6 +292,6 @@ mod tests {
         let first =
             "# scan\nnewmtl skin\ndisp -mm 0.5 -1.0 a.png\nnorm n.png\nKd 1 1 1\nmap_Kd -bm 1 ../old dir/t.png\n";
         assert!(text.starts_with(first), "{text}");
-        assert!(text.contains("newmtl planish\ndisp -mm 0.5 -1.0 b.png\nKd") && !text.contains("bump"));
+        assert!(text.contains("newmtl planish\ndisp -mm 0.5 -1.0 -o -1 2 0 b.png\nKd") && !text.contains("bump"));
     }
 }

@@ -13,7 +13,7 @@
 //! # Ok::<(), ObjError>(())
 //! ```
 
-use crate::mesh::atlas::{Atlas, AtlasError};
+use crate::mesh::atlas::{self, Atlas, AtlasError};
 use crate::mesh::jagged::{Index, Ragged};
 use crate::mesh::normals::{self, FaceWeight};
 use crate::mesh::surface::Surface;
@@ -21,7 +21,7 @@ use crate::mesh::topology::{self, EdgeKind, TidyFaces};
 use crate::mesh::weld::{Weld, Welding};
 use crate::named;
 use crate::source::{Corner, MeshData, Source};
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, IVec2, Vec3};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -163,8 +163,26 @@ impl Model {
     }
     /// Builds the UV layout of the surface.
     pub fn atlas(&self) -> Result<Atlas, AtlasError> {
+        self.atlas_in(IVec2::ZERO)
+    }
+    /// Builds the UV layout of the surface with texture coordinates from the lower left corner of a tile.
+    pub fn atlas_in(&self, tile: IVec2) -> Result<Atlas, AtlasError> {
         let corners = 0..self.surface.topology().faces().items().len() as Index;
-        Atlas::new(&self.surface, self.data().uvs(), corners.map(|c| self.source_corner(c).uv()))
+        let corner_uvs = corners.map(|c| self.source_corner(c).uv());
+        let uvs = self.data().uvs();
+        if tile == IVec2::ZERO {
+            return Atlas::new(&self.surface, uvs, corner_uvs);
+        }
+        let in_tile: Vec<DVec2> = uvs.iter().map(|uv| atlas::in_tile(*uv, tile).as_dvec2()).collect();
+        Atlas::new(&self.surface, &in_tile, corner_uvs)
+    }
+    /// Tile of the texture coordinates of the mesh, by its lower left corner; see [`atlas::tile_of`].
+    pub fn tile(&self) -> IVec2 {
+        let data = self.data();
+        let uvs = |face: &[Corner]| -> Vec<DVec2> {
+            face.iter().filter_map(|corner| Some(data.uvs()[corner.uv()? as usize])).collect()
+        };
+        atlas::tile_of(data.faces().iter().map(uvs))
     }
     /// Unit normal of each vertex in single precision, as bake, carrier and shader use it; zero at vertices without one. #V×3
     pub fn displacement_normals(&self, source: NormalSource) -> Result<Vec<Vec3>, NoFileNormals> {

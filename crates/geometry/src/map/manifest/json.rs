@@ -1,7 +1,9 @@
 //! Reading and writing a manifest, and the checks of its fields.
 
 use super::{FileEntry, LARGEST_SIDE, Layout, Manifest, Method, PrivateTexel, VERSION};
+use crate::mesh::atlas::FARTHEST_TILE;
 use crate::mesh::jagged::Index;
+use glam::IVec2;
 use serde::Deserialize;
 
 /// Largest absolute strength. A value near it is a mistake, and far beyond it single precision would overflow.
@@ -56,16 +58,21 @@ impl Manifest {
             ensure((1..=LARGEST_SIDE).contains(&side), field, format!("{side} is not in 1..={LARGEST_SIDE}"))?;
         }
         let is_single = |x: f64| x.is_finite() && (x as f32).is_finite();
-        ensure(is_single(map.bias), "displacement.bias", format!("{} is too large", map.bias))?;
+        ensure(is_single(map.bias), "displacement.bias", format!("{:e} is too large", map.bias))?;
         ensure(
             is_single(map.scale) && map.scale >= 0.0,
             "displacement.scale",
-            format!("{} is not a scale", map.scale),
+            format!("{:e} is not a scale", map.scale),
         )?;
         let is_strength = map.lambda.abs() <= LARGEST_LAMBDA;
-        ensure(is_strength, "displacement.lambda", format!("{} is not a strength", map.lambda))?;
+        ensure(is_strength, "displacement.lambda", format!("{:e} is not a strength", map.lambda))?;
         let is_near = map.origin.to_array().into_iter().all(is_single);
         ensure(is_near, "displacement.origin", format!("{} is too large", map.origin))?;
+        let tile = map.tile;
+        let is_near = tile.to_array().iter().all(|corner| (-FARTHEST_TILE..=FARTHEST_TILE).contains(corner));
+        ensure(is_near && (tile == IVec2::ZERO || self.pages.is_none()), "displacement.tile", {
+            format!("{tile} is farther than {FARTHEST_TILE} tiles away, or goes with pages")
+        })?;
         if let Some(pages) = &self.pages {
             pages.check(self).map_err(|problem| ManifestError::Value { field: "pages", problem })?;
         }

@@ -5,7 +5,7 @@ use crate::map::normal_map::Convention;
 use crate::map::{Interpolation, Size, Texels};
 use crate::mesh::jagged::Index;
 use crate::named;
-use glam::DVec3;
+use glam::{DVec3, IVec2};
 use serde::{Deserialize, Serialize};
 
 named! {
@@ -38,6 +38,10 @@ impl UvSource {
     }
 }
 
+fn is_zero(tile: &IVec2) -> bool {
+    *tile == IVec2::ZERO
+}
+
 /// The displacement map: p' = p − λ · (bias + scale · texel) · n.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MapEntry {
@@ -56,6 +60,10 @@ pub struct MapEntry {
     /// Origin of the texture coordinates of the map.
     #[serde(default, skip_serializing_if = "UvSource::is_mesh")]
     pub uvs: UvSource,
+    /// Lower left corner of the tile in which the texture coordinates of the mesh lie. It is subtracted from them before any map is
+    /// sampled at them.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub tile: IVec2,
     /// Texels in a row.
     pub width: u32,
     /// Rows.
