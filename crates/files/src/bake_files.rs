@@ -25,6 +25,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod lost;
 #[cfg(not(target_family = "wasm"))]
 mod write;
 
@@ -34,7 +35,7 @@ use crate::failure::Failure;
 use crate::input::{self, LARGEST_PICTURE, NamedFile, Trust};
 use crate::method;
 use crate::named_path::{self, NamedPath};
-use crate::text::{count, measure, one_line, shown, volume_not_restored};
+use crate::text::{count, in_tile, measure, one_line, shown, volume_not_restored};
 use planish_geometry::bake::{
     self, BakeError, BakeSettings, BakeTarget, Bundle, BundleFile, BundleNames, Fallback, LayoutChoice, SideFiles, gltf,
 };
@@ -43,9 +44,7 @@ use planish_geometry::map::layout_issues::OutOfRange;
 use planish_geometry::map::manifest::{self, HeightsLoss, Layout, Report, Target};
 use planish_geometry::mesh::atlas::AtlasError;
 use planish_geometry::progress::Progress;
-use planish_geometry::source::Source;
 use planish_geometry::source::flaws::flaws;
-use planish_geometry::source::format::Format;
 use planish_geometry::source::materials;
 use planish_geometry::source::mesh_file::MeshFile;
 use planish_geometry::source::model::Model;
@@ -148,6 +147,7 @@ impl Job<'_> {
                     .to_owned(),
             );
         }
+        let is_kept = gltf::keeps_document(model.source());
         // Textures within the mesh file become files beside the carrier.
         let embedded = |texture: &str| model.source().file().and_then(|file| file.embedded_texture(texture));
         let embedded_name = |texture: &str| format!("{}.{texture}", names.stem);
@@ -170,9 +170,11 @@ impl Job<'_> {
             notes.push(format!("the carrier has maps of its own instead of {}", one_line(&names)));
         }
         warnings.extend(input::summary_of_notes(notes));
-        if settings.layout == LayoutChoice::Unwrap && !textures.is_empty() && !model.data().uvs().is_empty() {
-            let reason = "the textures of the materials do not fit the carrier, which has new texture coordinates";
-            warnings.push(reason.to_owned());
+        if settings.layout == LayoutChoice::Unwrap && !names_of_textures.is_empty() && !model.data().uvs().is_empty() {
+            // A document keeps its own texture coordinates beside the new ones.
+            let of_obj = if is_kept { format!(" {}.obj", names.carrier) } else { String::new() };
+            let reason = "which has new texture coordinates";
+            warnings.push(format!("the textures of the materials do not fit the carrier{of_obj}, {reason}"));
         }
         let mut inputs: Vec<PathBuf> = textures.iter().cloned().chain(library_paths).collect();
         inputs.push(input.to_path_buf());
@@ -196,7 +198,12 @@ impl Job<'_> {
         let from_file = |name: &str| {
             let path = find(name).path;
             let read = named(&path);
-            if let (Err(reason), true, Ok(mut refused)) = (&read, disk::exists(&path), refused.lock()) {
+            let reason = match &read {
+                Err(reason) => disk::exists(&path).then(|| reason.to_string()),
+                Ok(bytes) if is_kept || lost::is_gltf_picture(bytes) => None,
+                Ok(_) => Some(format!("{}: is neither a PNG nor a JPEG file", shown(&path))),
+            };
+            if let (Some(reason), Ok(mut refused)) = (reason, refused.lock()) {
                 refused.insert(format!("{reason}; the glTF file will lack this texture"));
             }
             read.ok()
@@ -205,7 +212,8 @@ impl Job<'_> {
         let side_files = SideFiles { libraries: &libraries, relocate: &relocate, texture: &texture, within: &within };
         let bundle = bake::bake(model, &names, side_files, settings, progress).map_err(|e| explain(e, model, input))?;
         warnings.extend(input::summary(refused.into_inner().unwrap_or_default()));
-        warnings.extend(lost_document(model.source(), &bundle));
+        warnings.extend(lost::document(model.source(), &bundle));
+        warnings.extend(lost::maps(&libraries, &bundle).filter(|_| !is_kept));
         warnings.extend(warn(&bundle));
         Ok(Baked { bundle, warnings, inputs, own_source: None })
     }
@@ -312,18 +320,6 @@ fn private_texels(report: &Report) -> String {
     text
 }
 
-/// Says what the binary glTF carrier does not have of a mesh that came as glTF, if its document could not be kept.
-fn lost_document(source: &Source, bundle: &Bundle) -> Option<String> {
-    let (name, file) = (bundle.manifest.carrier.glb.as_ref()?, source.file()?);
-    if !matches!(file.format(), Format::Glb | Format::Gltf) || gltf::keeps_document(source) {
-        return None;
-    }
-    let contents = file.contents();
-    let lost = if contents.is_empty() { String::new() } else { format!(" {},", contents.join(", ")) };
-    let reason = "an animation of the mesh gives weights to its morph targets, and would have too few";
-    Some(format!("{name} lacks{lost} nodes and extras of the mesh: {reason}"))
-}
-
 /// Lists the warnings about a bake that succeeded.
 fn warn(bundle: &Bundle) -> Vec<String> {
     let m = &bundle.manifest;
@@ -341,6 +337,7 @@ fn warn(bundle: &Bundle) -> Vec<String> {
     if m.pages.is_none() && m.normal_map.is_none() && bundle.fallback != Some(Fallback::NoUvs) {
         out.push("no normal map: the texture coordinates of the mesh have no space for one".to_owned());
     }
+    out.extend(in_tile(m.displacement.tile));
     if m.pages.is_none() && r.layout.out_of_range == Some(OutOfRange::Tiles) {
         out.push("the UVs lie in several whole tiles: --pages udim makes an image for each of them".to_owned());
     }

@@ -112,3 +112,26 @@ fn maps_that_the_carrier_replaces_are_told() {
     let said = keeps_its_texture(&folder);
     assert!(said.contains("the carrier has maps of its own instead of my bumps.png, n.png"), "{said}");
 }
+
+#[test]
+fn what_a_gltf_file_has_no_place_for_is_named() {
+    let library = "newmtl skin\nmap_Kd skin.png\nmap_Ke glow.png\nmap_Ks skin.png\nmap_Bump bump.png\n";
+    let folder = scan("in.mtl", "in.mtl", library, "skin");
+    let said = keeps_its_texture(&folder);
+    assert!(
+        said.contains("in.glb has the colours of the materials and their textures, but not map_Ke, map_Ks"),
+        "{said}"
+    );
+    let said = folder.succeeds(&format!("{BAKE} --no-glb")).err;
+    assert!(!said.contains("map_Ke"), "{said}");
+
+    // The carrier keeps a picture that glTF does not take.
+    let folder = scan("in.mtl", "in.mtl", "newmtl skin\nmap_Kd skin.tga\n", "skin");
+    folder.write("skin.tga", [0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 1, 0, 24, 0, 1, 2, 3]);
+    let said = folder.succeeds(BAKE).err;
+    assert!(
+        said.contains("skin.tga: is neither a PNG nor a JPEG file; the glTF file will lack this texture"),
+        "{said}"
+    );
+    assert!(folder.text("out/in.mtl").contains("map_Kd ../skin.tga"));
+}

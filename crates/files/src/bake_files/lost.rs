@@ -1,0 +1,40 @@
+//! What the binary glTF carrier does not have of a mesh.
+
+use planish_geometry::bake::{Bundle, gltf};
+use planish_geometry::source::Source;
+use planish_geometry::source::format::Format;
+use std::collections::BTreeSet;
+
+/// Says what the binary glTF carrier does not have of a mesh that came as glTF, if its document could not be kept.
+pub(super) fn document(source: &Source, bundle: &Bundle) -> Option<String> {
+    let (name, file) = (bundle.manifest.carrier.glb.as_ref()?, source.file()?);
+    if !matches!(file.format(), Format::Glb | Format::Gltf) || gltf::keeps_document(source) {
+        return None;
+    }
+    let contents = file.contents();
+    let lost = if contents.is_empty() { String::new() } else { format!(" {},", contents.join(", ")) };
+    let reason = "an animation of the mesh gives weights to its morph targets, and would have too few";
+    Some(format!("{name} lacks{lost} nodes and extras of the mesh: {reason}"))
+}
+
+/// Says which maps of the materials in libraries the binary glTF carrier does not have; it has those of the colours.
+pub(super) fn maps(libraries: &[Vec<u8>], bundle: &Bundle) -> Option<String> {
+    let name = bundle.manifest.carrier.glb.as_ref()?;
+    let text: Vec<_> = libraries.iter().map(|library| String::from_utf8_lossy(library)).collect();
+    let keywords = text.iter().flat_map(|text| text.lines()).filter_map(|line| line.split_whitespace().next());
+    let is_lost = |keyword: &&str| {
+        // A library may have anything for a name.
+        let is_word = keyword.len() < 20 && keyword.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
+        let is_map = is_word && (keyword.starts_with("map_") || matches!(*keyword, "decal" | "refl"));
+        // The carrier has bumps of its own.
+        is_map && !["map_kd", "map_bump"].contains(&keyword.to_lowercase().as_str())
+    };
+    let lost: BTreeSet<&str> = keywords.filter(is_lost).collect();
+    let lost = Vec::from_iter(lost).join(", ");
+    (!lost.is_empty()).then(|| format!("{name} has the colours of the materials and their textures, but not {lost}"))
+}
+
+/// Returns whether a picture is in one of the formats that glTF takes.
+pub(super) fn is_gltf_picture(bytes: &[u8]) -> bool {
+    [&b"\x89PNG"[..], b"\xff\xd8\xff"].iter().any(|start| bytes.starts_with(start))
+}
