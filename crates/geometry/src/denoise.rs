@@ -23,6 +23,7 @@ mod conjugate_gradients;
 mod connectivity;
 mod denoising;
 mod face_geometry;
+mod flips;
 mod guided_normals;
 mod hc;
 mod heights;
