@@ -19,6 +19,7 @@ pub mod auto;
 mod bilaplacian;
 mod bilateral;
 mod bilateral_normals;
+mod choice;
 mod conjugate_gradients;
 mod connectivity;
 mod denoising;

@@ -41,15 +41,13 @@
 
 mod assumed_noise;
 mod candidates;
-mod choice;
 mod evaluate;
 mod impulses;
 mod subsample;
 mod sure;
 mod with_learned;
 
-pub use candidates::Candidate;
-pub use choice::{CandidateShare, DenoiseChoice};
+pub use super::choice::{Candidate, CandidateShare, DenoiseChoice};
 
 use super::bilaplacian::BoundaryConstraint;
 use super::connectivity::Connectivity;

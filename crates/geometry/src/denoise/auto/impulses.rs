@@ -5,7 +5,7 @@
 //! data via the EM algorithm. Journal of the Royal Statistical Society B 39 (1), 1977). A vertex then has the mean of the two
 //! weights, the inverse variances, by the odds of its height.
 
-use super::candidates::Candidate;
+use crate::denoise::choice::Candidate;
 use crate::denoise::map::Problem;
 use crate::progress::{Cancelled, Progress};
 use glam::DVec3;

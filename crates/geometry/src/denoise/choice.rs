@@ -1,9 +1,49 @@
-//! Report of the automatic method.
+//! Report of what a method chose by itself, as plain data: the noise it found and the candidates it mixed.
 
-use super::candidates::Candidate;
-use crate::denoise::noise_level::{Kind, NoiseLevel};
+use super::noise_level::{Kind, NoiseLevel};
+use crate::named;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+
+named! {
+    /// A way to denoise that `auto` may try; all that it needs beside is the noise.
+    pub enum Candidate {
+        /// `map` with the prior for flat parts with sharp creases; also stands noise that is alike between neighbours.
+        Flat = "flat",
+        /// `map` with the prior for curved parts with sharp creases.
+        Sharp = "sharp",
+        /// `map` with the prior for parts whose creases need not be sharp.
+        Creases = "creases",
+        /// `map` with the prior for shapes with some creases.
+        Mixed = "mixed",
+        /// `map` with the prior for smooth shapes with detail.
+        Detail = "detail",
+        /// `map` with the prior for smooth shapes.
+        Smooth = "smooth",
+        /// `map` with the prior for flat parts, five times as strong: for noise that neighbours share.
+        FlatStrong = "flat-strong",
+        /// `map` with the prior for parts with creases, five times as strong.
+        CreasesStrong = "creases-strong",
+        /// `map` with the prior for smooth shapes, five times as strong.
+        SmoothStrong = "smooth-strong",
+        /// `bilateral-normals`: for noise that neighbours share, on machine parts.
+        Bilateral = "bilateral",
+        /// Linear smoothing, very little.
+        LinearFaint = "linear-faint",
+        /// Linear smoothing, little.
+        LinearLight = "linear-light",
+        /// Linear smoothing.
+        Linear = "linear",
+        /// Linear smoothing, much.
+        LinearStrong = "linear-strong",
+        /// Linear smoothing over wide neighbourhoods: for noise that neighbours share.
+        LinearWide = "linear-wide",
+        /// The learned filter. By default it has the last word on the mixture of the others; told by name, it is one of them.
+        Learned = "learned",
+        /// The mesh as it is.
+        Stay = "stay",
+    }
+}
 
 /// Report of the automatic method: the noise it measured and the candidates it chose.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -60,6 +100,12 @@ pub struct CandidateShare {
 impl CandidateShare {
     pub(super) fn all_of(candidate: Candidate) -> Self {
         Self { candidate, share: 1.0, risk_gap: None }
+    }
+}
+
+impl fmt::Display for Candidate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
     }
 }
 
