@@ -50,15 +50,14 @@ mod with_learned;
 pub use super::choice::{Candidate, CandidateShare, DenoiseChoice};
 
 use super::bilaplacian::BoundaryConstraint;
+use super::boundary::{BOUNDARY, Boundary};
 use super::connectivity::Connectivity;
-use super::laplacian::BOUNDARY;
 use super::map::{NOISE, NOISE_ACROSS, Problem};
 use super::method::{DenoiseMethod, MethodInfo};
+use super::motion::{MOTION, Motion};
 use super::noise_field::NoiseField;
 use super::noise_level::{self, Kind, NoiseEstimate, NoiseLevel};
 use super::parameters::{HUGE, Parameter};
-use super::vertex_update::MOTION;
-use super::{Boundary, Motion};
 use crate::mesh::locality::Localised;
 use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};

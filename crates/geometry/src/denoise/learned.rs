@@ -20,15 +20,15 @@ mod vertex_sweeps;
 pub use network::WeightsError;
 pub use samples::{FaceSamples, samples};
 
+use super::boundary::{BOUNDARY, Boundary};
 use super::face_geometry::FaceGeometry;
 use super::guided_normals::PatchGuidance;
-use super::laplacian::BOUNDARY;
 use super::method::{DenoiseMethod, MethodInfo, Reference};
+use super::motion::{MOTION, Motion};
 use super::parameters::Parameter;
 use super::triangle_mesh::TriangleMesh;
 use super::vertex_update::least_squares::MAX_HALVINGS;
-use super::vertex_update::{MOTION, undo_flips};
-use super::{Boundary, Motion};
+use super::vertex_update::undo_flips;
 use crate::mesh::jagged::Index;
 use crate::mesh::locality::Localised;
 use crate::mesh::surface::Surface;

@@ -34,14 +34,13 @@ pub(super) use iterations::Problem;
 pub(super) use linearised_normals::LinearisedNormals;
 
 use super::bilaplacian::BoundaryConstraint;
+use super::boundary::{BOUNDARY, Boundary};
 use super::connectivity::Connectivity;
-use super::laplacian::BOUNDARY;
 use super::method::{DenoiseMethod, MethodInfo};
+use super::motion::{MOTION, Motion};
 use super::noise_field::NoiseField;
 use super::noise_level::{self, NoiseEstimate};
 use super::parameters::{HUGE, Parameter, Preset, TINY};
-use super::vertex_update::MOTION;
-use super::{Boundary, Motion};
 use crate::mesh::locality::Localised;
 use crate::mesh::surface::Surface;
 use crate::named;

@@ -1,7 +1,7 @@
 //! The interface of all methods: facts, parameters, published settings and the function.
 
-use super::Motion;
 use super::choice::DenoiseChoice;
+use super::motion::Motion;
 use super::parameters::Parameter;
 use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};

@@ -11,8 +11,8 @@
 
 pub(super) mod least_squares;
 
-use super::Boundary;
-use super::laplacian::BOUNDARY;
+use super::boundary::{BOUNDARY, Boundary};
+use super::motion::{MOTION, Motion};
 use super::parameters::{HUGE, Parameter};
 use super::triangle_mesh::TriangleMesh;
 use crate::mesh::jagged::Index;
@@ -55,20 +55,6 @@ named! {
 }
 
 named! {
-    /// Where vertices may go.
-    ///
-    /// How motion along normals follows from free motion is said at [`HeightField`](super::HeightField).
-    #[derive(Default)]
-    pub enum Motion {
-        /// Anywhere.
-        #[default]
-        Free = "free",
-        /// Along one normal for each vertex, so that a height map can hold all of it.
-        AlongNormal = "along-normal",
-    }
-}
-
-named! {
     /// Treatment of steps that fold the surface over.
     #[derive(Default)]
     pub enum FoldOvers {
@@ -93,13 +79,6 @@ impl VertexUpdate {
         Self { closeness: 0.05, fold_overs: FoldOvers::Prevent, ..self }
     }
 }
-
-/// Parameter of all methods that can keep to what heights hold.
-pub(super) const MOTION: Parameter = Parameter::word::<Motion>(
-    "motion",
-    "/motion",
-    "where vertices may go; a bake of heights always takes along-normal",
-);
 
 /// Parameters of all filters of face normals.
 pub(super) const PARAMETERS: &[Parameter] = &[
