@@ -73,7 +73,7 @@ use subsample::{PatchSizes, subsample};
 pub struct Auto {
     /// σ, mean edge lengths; measured on the mesh where it is not given.
     pub noise: Option<f64>,
-    /// Largest standard deviation of the noise across the normals, mean edge lengths; measured if it is `None`.
+    /// Largest standard deviation of the tangential noise, mean edge lengths; measured if it is `None`.
     pub noise_across: Option<f64>,
     /// Kind of the noise; measured if it is `None`.
     pub kind: Option<Kind>,

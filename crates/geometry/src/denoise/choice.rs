@@ -136,7 +136,7 @@ impl fmt::Display for DenoiseChoice {
             write!(f, ", not measured on {:.0} % of the surface", (100.0 * self.unmeasured).max(1.0))?;
         }
         if matches!(self.kind, Kind::Independent | Kind::Uneven) && self.tangential_sigma < self.sigma {
-            write!(f, ", at most {:.3} across the normals", self.tangential_sigma)?;
+            write!(f, ", at most {:.3} within the surface", self.tangential_sigma)?;
         }
         match self.no_data {
             0 => {}
@@ -217,7 +217,7 @@ mod tests {
         assert_eq!(said(0.4), "noise of 0.200 local edges on 40 % of the surface: 100 % smooth");
         assert!([1.0, 0.95].iter().all(|noisy| !said(*noisy).contains("on ")), "{}", said(0.95));
         let across = DenoiseChoice { tangential_sigma: 0.05, ..choice() }.to_string();
-        assert_eq!(across, "noise of 0.200 local edges, at most 0.050 across the normals: 100 % smooth");
+        assert_eq!(across, "noise of 0.200 local edges, at most 0.050 within the surface: 100 % smooth");
         let hit = DenoiseChoice { hit: 0.2, ..choice() }.to_string();
         assert_eq!(hit, "noise that hits 20 % of the vertices, and 0.200 local edges at the others: 100 % smooth");
     }

@@ -51,7 +51,7 @@ named! {
         /// Conjugate gradients: for meshes of every size.
         #[default]
         Iterative = "iterative",
-        /// Sparse Cholesky factorisation: exact to the last digit, for up to some 100 000 vertices.
+        /// Sparse Cholesky factorisation: exact to the last digit, for up to about 100,000 vertices.
         Direct = "direct",
     }
 }

@@ -97,7 +97,7 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     .label("vertex steps"),
     Parameter::number("closeness", "/vertex_update/closeness", [0.0, HUGE], "pull of the vertices to the input")
         .slider(1.0)
-        .unit("pulls of a face around"),
+        .unit("pulls of one adjacent face"),
     MOTION.at("/vertex_update/motion"),
     Parameter::word::<FoldOvers>(
         "fold-overs",
