@@ -19,7 +19,7 @@ use rustc_hash::FxHashMap;
 use serde::Serialize;
 use serde_json::{Map as Object, Value, json};
 
-/// What a binary glTF is made from.
+/// Parts of a bake that a binary glTF is made from.
 #[derive(Clone, Copy)]
 pub(super) struct Parts<'a> {
     pub(super) manifest: &'a Manifest,

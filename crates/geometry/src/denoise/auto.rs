@@ -243,7 +243,7 @@ impl<'a> Prepared<'a> {
         (self.connectivity.undo_flips(&self.data, offsets, &self.noise), bounded)
     }
 
-    /// What was prepared, with other numbers of the vertices. Outliers are data no more.
+    /// The prepared surface with other numbers of the vertices. Outliers are data no more.
     fn renumbered<'b>(&self, other: &'b Localised) -> Prepared<'b> {
         let Localised { surface, originals } = other;
         Prepared {

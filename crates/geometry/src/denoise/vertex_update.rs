@@ -73,7 +73,7 @@ impl VertexUpdate {
         let scheme = VertexScheme::Descent;
         Self { scheme, iterations, closeness: 0.0, boundary, motion: Motion::Free, fold_overs }
     }
-    /// The same with vertices that keep near to the input, and no folds. On most meshes that brings the normals nearer
+    /// These settings with vertices that keep near to the input, and no folds. On most meshes that brings the normals nearer
     /// to the true ones too.
     pub fn held(self) -> Self {
         Self { closeness: 0.05, fold_overs: FoldOvers::Prevent, ..self }

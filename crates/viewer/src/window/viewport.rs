@@ -9,6 +9,7 @@ use crate::app::jobs::Status;
 use crate::app::vertex_numbers::VertexNumbers;
 use crate::app::{App, MessageKind, Work};
 use egui::{Color32, CursorIcon, Pos2, Rect, Sense, Ui, Vec2, pos2, vec2};
+use planish_geometry::source::format::Format;
 use planish_render::settings::Shading;
 use planish_render::settings::lights::Light;
 
@@ -54,7 +55,7 @@ fn welcome(ui: &mut Ui, rect: Rect, app: &mut App, ui_state: &mut UiState) {
     ui.scope_builder(egui::UiBuilder::new().max_rect(area), |ui| {
         ui.vertical_centered(|ui| {
             ui.heading("planish");
-            ui.label("Drop a mesh (.obj, .ply, .stl, .off, .glb) or a map (.planish.json) here");
+            ui.label(format!("Drop a mesh ({}) or a map (.planish.json) here", Format::extensions()));
             let open = ui.button("Open …");
             ui_state.mark("open", open.rect);
             if open.clicked() {

@@ -24,7 +24,7 @@ pub enum WeightsError {
     Tensor {
         /// Name of the tensor.
         name: String,
-        /// What is wrong with it.
+        /// Message of what is wrong with the tensor.
         problem: String,
     },
 }

@@ -31,7 +31,7 @@ pub(in crate::denoise::learned) struct OtherSurface {
     pub(in crate::denoise::learned) centroids: Vec<Vec3>,
 }
 
-/// What the features of a mesh are made of. All lengths are in mean edges of the mesh.
+/// Parts that the features of a mesh are made of. All lengths are in mean edges of the mesh.
 pub(in crate::denoise::learned) struct MeshFields<'a> {
     pub(in crate::denoise::learned) triangles: &'a [[Index; 3]],
     pub(in crate::denoise::learned) adjacency: &'a Adjacency,
@@ -49,7 +49,7 @@ pub(in crate::denoise::learned) struct MeshFields<'a> {
     pub(in crate::denoise::learned) others: &'a [OtherSurface],
 }
 
-/// What the search around a face reads of each other face, together in memory.
+/// Numbers of a face that the search around another face reads, together in memory.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
 pub(super) struct FaceRow {
