@@ -30,10 +30,10 @@ impl From<Denoiser> for Denoising {
     }
 }
 
-/// Why there is no result.
+/// Reasons why a denoising has no result.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DenoisingError {
-    /// They do not fit the surface.
+    /// The limits do not fit the surface.
     #[error(transparent)]
     Limits(#[from] LimitsError),
     /// The caller cancelled.

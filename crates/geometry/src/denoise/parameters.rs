@@ -86,6 +86,7 @@ pub struct NotAllowed {
 
 /// Why a setting cannot be.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum ParameterError {
     /// A name that no method has.
     #[error("there is no method `{name}`")]

@@ -10,6 +10,7 @@ use tiff::decoder::DecodingResult;
 
 /// Reasons why bytes are not the map that the manifest describes.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum DecodeError {
     /// The bytes are another kind of file, or a damaged one.
     #[error("not a readable {format} image: {reason}")]
