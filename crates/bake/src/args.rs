@@ -143,7 +143,7 @@ pub(crate) struct WeldArgs {
 /// Option for the files that another file names.
 #[derive(Args, Debug)]
 pub(crate) struct TrustArgs {
-    /// Read files from anywhere if the mesh or the manifest names them; else only from its folder and those below
+    /// Read files that the mesh or the manifest names wherever they are, not only in its own folder and below
     ///
     /// A mesh names material libraries, textures or buffers, and libraries name textures; their contents get into the results. A
     /// manifest names its maps and meshes. Give this option only if you know where the file comes from.

@@ -125,14 +125,23 @@ pub(crate) fn text(methods: &[Denoiser]) -> String {
 const MARKDOWN_HEAD: &str = "# Methods\n
 <!-- Made by `cargo run -- methods --markdown > docs/methods.md`; a test says when that has to be done again. -->\n
 Each method is chosen by `--method NAME`, and has the options below. *field* is where the manifest of a map has the setting, inside
-`method`; values outside the range are refused there as well. What the [words](#words) mean is said once, at the end.\n";
+`method`; values outside the range are refused there as well. What the [words](#words) mean is said once, at the end.\n
+| method | |
+| --- | --- |
+";
 
 /// Lists methods and their parameters as a page of the documentation.
 pub(crate) fn markdown() -> String {
     let mut out = MARKDOWN_HEAD.to_owned();
+    let mark = |method: &Denoiser| if *method == Denoiser::default() { " (default)" } else { "" };
     for method in Denoiser::every() {
-        let of_all = if method == Denoiser::default() { " (default)" } else { "" };
-        let _ = write!(out, "\n## {}{of_all}\n\n{}.\n", method.name(), method.summary());
+        // The anchor of the heading below.
+        let (name, mark) = (method.name(), mark(&method));
+        let anchor = if mark.is_empty() { name.to_owned() } else { format!("{name}-default") };
+        let _ = writeln!(out, "| [{name}](#{anchor}){mark} | {} |", method.summary());
+    }
+    for method in Denoiser::every() {
+        let _ = write!(out, "\n## {}{}\n\n{}.\n", method.name(), mark(&method), method.summary());
         if let Some(paper) = method.info().reference {
             let _ = writeln!(out, "\n{}: {}.", paper.cite, paper.title);
         }

@@ -29,7 +29,7 @@ pub(crate) use native::{absolute, canonicalize, entry, names, read, read_up_to};
 
 use std::path::Path;
 
-/// What a path leads to.
+/// Kind of thing that a path leads to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Entry {
     /// A plain file with its size in bytes.

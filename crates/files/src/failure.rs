@@ -60,7 +60,7 @@ impl Failure {
                 mesh,
                 format!("{error}: --direction goes with --map vector, and not with --motion along-normal"),
             ),
-            LimitsError::NoSuchLine { .. } | LimitsError::NotALength(_) => Self::at(mesh, error),
+            _ => Self::at(mesh, error),
         }
     }
     /// Returns the exit code that a program ends with.

@@ -212,7 +212,7 @@ fn inspect_layout(model: &Model, progress: &dyn Progress, notes: &mut Vec<String
             notes.push("no texture coordinates: `bake` gives each vertex a texel of its own".to_owned());
             None
         }
-        Err(AtlasError::NonFinite { .. }) => None,
+        Err(_) => None,
     };
     let non_finite = model.source().as_obj().map_or(&[][..], Obj::non_finite_uvs);
     if let Some(&(_, line)) = non_finite.first() {

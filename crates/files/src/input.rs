@@ -19,8 +19,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub use crate::named_file::{LARGEST_LIBRARY, LARGEST_MESH, LARGEST_PICTURE, LARGEST_WEIGHTS, NamedFile, Trust};
+pub use crate::text::plain;
+
 use crate::compression;
-use crate::disk::{self, Entry};
+use crate::disk;
 use crate::failure::Failure;
 use crate::named_path::{self, NamedPath};
 use crate::text::one_line;
@@ -64,73 +67,6 @@ fn work_on(path: &Path) {
     crate::terminal::work_on(path);
     #[cfg(target_family = "wasm")]
     let _ = path;
-}
-
-/// Rule on the files that another file may name: libraries and textures by a mesh, all files of a map by its manifest.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Trust {
-    /// Files are read from the folder of the file that names them, and from the folders below.
-    #[default]
-    Folder,
-    /// Files are read from anywhere.
-    Anywhere,
-}
-
-/// Bytes of a material library that are read at most.
-pub const LARGEST_LIBRARY: u64 = 64 << 20;
-/// Bytes of a picture that are read at most, if a file names it.
-pub const LARGEST_PICTURE: u64 = 1 << 30;
-/// Bytes of a file of weights that are read at most.
-pub const LARGEST_WEIGHTS: u64 = 64 << 20;
-/// Bytes of a mesh that are read at most, if a manifest names it.
-pub const LARGEST_MESH: u64 = 16 << 30;
-
-/// A file that another file names, and the rule for reading it.
-#[derive(Clone, Copy, Debug)]
-pub struct NamedFile<'a> {
-    /// Path of the file.
-    pub path: &'a Path,
-    /// Folder of the file that names it.
-    pub folder: &'a Path,
-    /// Rule on where the file may lie.
-    pub trust: Trust,
-    /// Largest number of bytes.
-    pub largest: u64,
-}
-
-impl NamedFile<'_> {
-    /// Checks the rule without reading the file: it has to be a plain file that is not too large and, by [`Trust::Folder`], lie in
-    /// the folder or below, all links followed. Returns the path that was checked.
-    pub fn check(&self) -> Result<PathBuf, Failure> {
-        let Self { path, folder, trust, largest } = *self;
-        let failed = |e: std::io::Error| Failure::at(path, plain(&e));
-        let real = disk::canonicalize(path).map_err(failed)?;
-        if trust == Trust::Folder {
-            let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-            if !disk::canonicalize(folder).is_ok_and(|folder| real.starts_with(folder)) {
-                let reason = "lies outside of the folder of the file that names it, and is read with --trust only";
-                return Err(Failure::at(path, reason));
-            }
-        }
-        let reason = match disk::entry(&real).map_err(failed)? {
-            Entry::File(size) if size <= largest => return Ok(real),
-            Entry::File(size) => format!("has {size} bytes, and at most {largest} are read"),
-            Entry::Folder => "is a directory, not a file".to_owned(),
-            Entry::Other => "is a pipe or a device, and another file may name plain files only".to_owned(),
-        };
-        Err(Failure::at(path, reason))
-    }
-
-    /// Reads the file by the rule.
-    pub fn read(&self) -> Result<Vec<u8>, Failure> {
-        let real = self.check()?;
-        let bytes = disk::read_up_to(&real, self.largest).map_err(|e| Failure::at(self.path, plain(&e)))?;
-        // The file may have grown meanwhile.
-        if bytes.len() as u64 > self.largest {
-            return Err(Failure::at(self.path, format!("has grown, and at most {} bytes are read", self.largest)));
-        }
-        Ok(bytes)
-    }
 }
 
 /// Returns the folder of a file: that in which the names in it are looked up.
@@ -271,12 +207,6 @@ pub fn numbers(path: &Path) -> Result<Vec<f32>, Failure> {
     let wrong = |token: &str| Failure::at(path, format!("`{}` is not a number", one_line(token)));
     let number = |token: &str| token.parse().map_err(|_| wrong(token));
     String::from_utf8_lossy(&bytes).split_whitespace().map(number).collect()
-}
-
-/// Returns the text of an operating system error without its number.
-pub fn plain(e: &std::io::Error) -> String {
-    let text = e.to_string();
-    text.split(" (os error").next().unwrap_or(&text).to_owned()
 }
 
 /// A material library that a mesh names.

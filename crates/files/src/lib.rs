@@ -40,6 +40,7 @@ pub mod mask;
 pub mod mesh_output;
 pub mod method;
 pub mod method_list;
+mod named_file;
 pub mod named_path;
 #[cfg(not(target_family = "wasm"))]
 pub mod output;

@@ -240,7 +240,7 @@ impl MapFiles {
                 let reason = format!("page {page}: `seam_vertices`: the mesh has no vertex {v} or no `vt` {vt}");
                 Failure::at(&self.path, reason)
             }
-            e @ (MeshError::Vertices { .. } | MeshError::Normals(_) | MeshError::Atlas(_)) => Failure::at(mesh, e),
+            e => Failure::at(mesh, e),
         }
     }
 }

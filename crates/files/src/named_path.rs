@@ -18,7 +18,7 @@
 //! ```
 
 use crate::disk;
-use crate::input::{NamedFile, Trust};
+use crate::named_file::{NamedFile, Trust};
 use crate::text::one_line;
 use std::path::{Component, Path, PathBuf};
 

@@ -22,8 +22,7 @@
 
 use crate::cleanup;
 use crate::failure::Failure;
-use crate::input::plain;
-use crate::text::{escaped, shown};
+use crate::text::{escaped, plain, shown};
 use indicatif::{ProgressBar, ProgressStyle};
 use planish_geometry::progress::Progress;
 use std::io::{IsTerminal as _, Write as _};

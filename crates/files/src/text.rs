@@ -48,6 +48,12 @@ pub fn escaped(text: &str, kept: &[char]) -> String {
     out
 }
 
+/// Returns the text of an operating system error without its number.
+pub fn plain(e: &std::io::Error) -> String {
+    let text = e.to_string();
+    text.split(" (os error").next().unwrap_or(&text).to_owned()
+}
+
 /// Formats a length, area or volume with six significant digits, whatever the unit of the model.
 pub fn measure(x: f64) -> String {
     if x == 0.0 {

@@ -26,9 +26,14 @@ mod check;
 mod describe;
 mod draft;
 mod error;
+mod fill;
+mod glb;
 pub mod gltf;
 mod layout;
+mod layout_choice;
 mod maps;
+mod normal_maps;
+mod offsets;
 mod pages;
 mod report;
 mod settings;
@@ -41,7 +46,8 @@ mod unwrapped;
 
 pub use check::{WrittenFiles, check};
 pub use error::BakeError;
-pub use layout::{Fallback, LayoutChoice};
+pub use layout::Fallback;
+pub use layout_choice::LayoutChoice;
 pub use settings::{BakeSettings, Carriers, CurvatureMap, Lambda, LargestSide, Quanta};
 pub use target::{BakeTarget, VertexDisplacements};
 

@@ -35,6 +35,7 @@ use triangles::{Edges, FaceGeometry};
 
 /// Reasons why two meshes cannot be compared.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum CompareError {
     /// The meshes have different numbers of vertices or triangles.
     #[error(

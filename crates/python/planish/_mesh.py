@@ -204,8 +204,8 @@ def read(
 ) -> Mesh:
     """Reads a mesh from an OBJ, PLY, STL, OFF or glTF file, compressed by gzip or xz or not.
 
-    ``weld`` says which vertices are one: "exact" (equal coordinates), "none", or a distance in model units. With ``trust`` files
-    that the mesh names are read from anywhere, else only from its folder and those below.
+    ``weld`` says which vertices are one: "exact" (equal coordinates), "none", or a distance in model units. With ``trust``, files
+    that the mesh names are read wherever they are, not only in its own folder and below.
 
     >>> import pathlib, tempfile
     >>> path = pathlib.Path(tempfile.mkdtemp(), "tent.obj")

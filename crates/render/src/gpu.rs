@@ -59,6 +59,7 @@ impl Backend {
 
 /// Reason why nothing can be drawn on a GPU.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum NoGpu {
     /// No driver offers one.
     #[error(

@@ -63,6 +63,7 @@ pub enum Occlusion {
 
 /// Reason why arrays are not a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum SceneError {
     /// A corner names a position, normal or texture coordinate that is not there.
     #[error("triangle {triangle} has a corner out of range")]

@@ -37,6 +37,7 @@ pub struct Volume {
 
 /// Reason why numbers are not a volume.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum VolumeError {
     /// The volume has no values, or too many.
     #[error("{0} × {1} × {2} values, but a volume has 1 to 2^28")]

@@ -95,7 +95,7 @@ pub struct App {
     baking: Slot<Map>,
     saving: Slot<Saved>,
     measuring: Slot<Measured>,
-    /// What the last measurement that was begun is of.
+    /// Subject of the last measurement that was begun.
     measured_for: Option<measurement::Key>,
     drawing: Slot<Vec<PathBuf>>,
     preparing: Slot<(Arc<Document>, Arc<Canvas>)>,

@@ -110,7 +110,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "WxH")]
     size: Option<Size>,
 
-    /// Read files from anywhere if the mesh or the manifest names them; else only from its folder and those below.
+    /// Read files that the mesh or the manifest names wherever they are, not only in its own folder and below.
     #[arg(long)]
     trust: bool,
 

@@ -1,6 +1,7 @@
 //! `planish-viewer`: draws a mesh.
 
 mod args;
+mod drawer;
 mod make_report;
 mod run;
 mod timings;

@@ -1,7 +1,7 @@
 //! Drawing and measuring for `--report`.
 
 use crate::args::{Args, ErrorKind};
-use crate::run::draw;
+use crate::drawer::draw;
 use glam::{DVec3, Vec3};
 use image::RgbaImage;
 use planish_files::bake_files;

@@ -40,7 +40,7 @@ pub struct Report {
 pub struct HeatMap {
     /// Heading.
     pub title: String,
-    /// What the colours say.
+    /// Caption that says what the colours mean.
     pub caption: String,
     /// Picture as a PNG file.
     pub picture: Vec<u8>,
@@ -206,7 +206,7 @@ impl Report {
     }
 }
 
-/// What the page may do: nothing but show what is in it. The browser holds it to that.
+/// Content security policy of the page, to which the browser holds it: it may only show its own contents.
 const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
 
 /// Slider over the pictures. Without scripts it stays in the middle.

@@ -6,6 +6,7 @@ mod log;
 mod orbit;
 mod paint;
 pub mod panel;
+mod pointer;
 mod surface;
 mod ui_state;
 mod viewport;

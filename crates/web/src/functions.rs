@@ -78,7 +78,7 @@ pub fn is_mesh(name: &str) -> bool {
     input::format_of(Path::new(name)).is_some()
 }
 
-/// What the page shows of a mesh before it is baked.
+/// Facts about a mesh that the page shows before it is baked.
 #[derive(Serialize)]
 struct Opened {
     vertices: usize,

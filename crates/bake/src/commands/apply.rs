@@ -22,7 +22,7 @@ struct Applied {
     max_displacement: f64,
     /// Largest distance between a displaced position and the one that the file holds, model units.
     rounding: f64,
-    /// What the mesh has and the output does not.
+    /// Contents of the mesh that the output has no place for, each in a few words.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     lost: Vec<String>,
 }

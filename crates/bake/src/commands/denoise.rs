@@ -31,7 +31,7 @@ pub(super) struct Denoised {
     /// Heat map of the noise.
     #[serde(skip_serializing_if = "Option::is_none")]
     noise_map: Option<String>,
-    /// What the input has and the output does not.
+    /// Contents of the input that the output has no place for, each in a few words.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     lost: Vec<String>,
 }

@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 /// How each tile of a mesh is denoised: decided once, for all of them.
 #[derive(Clone, Debug)]
 pub struct Job {
-    /// What the caller identifies the mesh and all settings by. Results under this name are those of this job.
+    /// Name by which the caller knows the mesh and all settings. Results under this name are those of this job.
     pub key: String,
     /// Method and limits. Masks of single vertices are in `weights`.
     pub method: Denoising,
@@ -55,7 +55,7 @@ pub struct TileReport {
     /// any; `None` for other methods.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sigma: Option<f64>,
-    /// What the method `auto` measured and chose for the part.
+    /// Measurements and choice of the method `auto` for the part.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub choice: Option<serde_json::Value>,
 }

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// A mesh that was spread into tiles.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
-    /// What the caller identifies the mesh and its cut by.
+    /// Name by which the caller knows the mesh and its cut.
     pub key: String,
     /// Number of source vertices.
     pub vertices: usize,

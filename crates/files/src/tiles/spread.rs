@@ -14,7 +14,7 @@ use std::path::Path;
 /// How a mesh is cut.
 #[derive(Clone, Debug)]
 pub struct Cut {
-    /// What the caller identifies the mesh and its cut by.
+    /// Name by which the caller knows the mesh and its cut.
     pub key: String,
     /// Number of tiles.
     pub tiles: usize,

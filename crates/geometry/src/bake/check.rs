@@ -1,6 +1,8 @@
 //! Measures the files of an earlier bake again.
 
-use super::maps::{self, Frames, Offsets};
+use super::fill::texel_usage;
+use super::normal_maps::Frames;
+use super::offsets::Offsets;
 use super::report::{self, Verification};
 use super::{BakeError, BakeTarget, pages};
 use crate::map::Coverage;
@@ -66,7 +68,7 @@ pub fn check(
             let coverage = Coverage::new(model.surface(), atlas, entry.size(), progress)?;
             LayoutIssues::of(model.surface(), atlas, &Spacing::new(atlas), &coverage)
         }
-        _ => LayoutIssues { coverage: maps::texel_usage(model, entry.size()), ..LayoutIssues::default() },
+        _ => LayoutIssues { coverage: texel_usage(model, entry.size()), ..LayoutIssues::default() },
     };
     progress.stage("verifying");
     let verification = Verification {

@@ -2,6 +2,7 @@
 
 use super::carrier::{self, CarrierFile};
 use super::describe::{manifest_of, statements};
+use super::glb;
 use super::maps::Maps;
 use super::report::{self, Verification};
 use super::shading_maps::ShadingMaps;
@@ -111,11 +112,13 @@ impl Draft {
         let has_uvs = self.atlas.is_some();
         let statements = |material: &str| statements(&self.manifest, has_uvs, material);
         let library = materials::carrier_library(model.data(), side_files.libraries, statements, side_files.relocate);
-        let glb = self.manifest.carrier.glb.as_ref().map(|_| {
+        let binary = self.manifest.carrier.glb.as_ref().map(|_| {
             progress.stage("glTF");
-            carrier::glb(request, &displacements.normals, &self, original)
+            let Self { manifest, maps, shading, carrier, .. } = &self;
+            let (carrier, normals) = (carrier.obj.data(), &displacements.normals[..]);
+            glb::make(request, glb::Parts { manifest, maps, shading, carrier, normals, original })
         });
-        let glb = glb.transpose()?;
+        let glb = binary.transpose()?;
         progress.check()?;
         let Self { carrier, maps, shading, mut manifest, .. } = self;
         let file = |name: &str, bytes| BundleFile { name: name.to_owned(), bytes };

@@ -1,5 +1,6 @@
 //! Choice of the layout of a map: texture coordinates of the mesh, or one texel for each vertex.
 
+use super::layout_choice::LayoutChoice;
 use super::{BakeError, BakeSettings};
 use crate::map::displacement;
 use crate::map::layout_issues::{self, LayoutIssues};
@@ -7,24 +8,7 @@ use crate::map::map_size::{self, MapSizeChoice, MapSizeReason, Spacing};
 use crate::map::{Coverage, Exactness, Size, Texels};
 use crate::mesh::atlas::Atlas;
 use crate::mesh::surface::Surface;
-use crate::named;
 use crate::progress::Progress;
-
-named! {
-    /// Layout of the texels that vertices sample.
-    #[derive(Default)]
-    pub enum LayoutChoice {
-        /// The mesh's own UVs, with private texels for vertices that miss their height there; else one texel for each vertex.
-        #[default]
-        Auto = "auto",
-        /// The mesh's own UVs.
-        Uv = "uv",
-        /// One texel for each vertex: always exact, needs no UVs.
-        Vertex = "vertex",
-        /// New UVs, made by xatlas; only in a planish built with --features unwrap.
-        Unwrap = "unwrap",
-    }
-}
 
 /// Reasons why the texture coordinates of a mesh were not used.
 #[derive(Clone, Debug, PartialEq)]

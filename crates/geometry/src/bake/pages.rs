@@ -1,7 +1,8 @@
 //! Bake of a map with pages: each page is filled like a map of its own.
 
+use super::fill::{self, Filled, Placed};
 use super::layout::{Fallback, Plan};
-use super::maps::{self, NormalMaps, Placed, Texels};
+use super::normal_maps::NormalMaps;
 use super::{BakeError, Request};
 use crate::map::Coverage;
 use crate::map::layout_issues::{self, LayoutIssues};
@@ -23,6 +24,14 @@ pub(super) struct Paging {
     pub(super) seam_vertices: Vec<Vec<[Index; 2]>>,
     /// Number of vertices of faces without texture coordinates.
     pub(super) unmapped_vertices: usize,
+}
+
+/// Texels of a map before encoding.
+pub(super) struct Texels {
+    pub(super) plan: Plan,
+    /// Texels of the map, or of each page.
+    pub(super) filled: Vec<Filled>,
+    pub(super) paging: Option<Paging>,
 }
 
 /// Name of the rule by which a vertex has its page and its texture coordinate there, as it is written to manifests.
@@ -50,11 +59,11 @@ pub(super) fn fill(
         let vertices = touch.iter().filter(|touches| **touches).count();
         let placed = Placed { atlas: &of_page, spacing: &spacing, is_used: &is_used, vertices };
         let plan = Plan::make(model.surface(), Some(placed.layout()), channels, settings, progress)?;
-        let (plan, mut of_image) = maps::fill(request, plan, Some(placed), channels)?;
+        let (plan, mut of_image) = fill::fill(request, plan, Some(placed), channels)?;
         if let Plan::Vertex { fallback } = plan {
             let reason = |reason| Fallback::Page { page: part.to_string(), reason: Box::new(reason) };
             let plan = Plan::Vertex { fallback: fallback.map(reason) };
-            let mut one = maps::at_texels(request, Some(atlas), channels)?;
+            let mut one = fill::at_texels(request, Some(atlas), channels)?;
             normals.add(&mut one)?;
             return Ok(Texels { plan, filled: vec![one], paging: None });
         }

@@ -1,6 +1,6 @@
 //! Report of a bake: errors of the encoded map on the printed carrier.
 
-use super::maps::Offsets;
+use super::offsets::Offsets;
 use super::{BakeError, VertexDisplacements};
 use crate::map::displace::{self, SamplingRule, ShaderVertex};
 use crate::map::displacement::{Displacement, Encoding, PageSample, SampleAt, TexelFormat, Weights};

@@ -1,6 +1,7 @@
 //! Precomputed shading of the denoised surface: ambient occlusion and curvature.
 
-use super::maps::{Maps, apply_offsets};
+use super::maps::Maps;
+use super::offsets::apply_offsets;
 use super::settings::CurvatureMap;
 use super::{BakeError, Request};
 use crate::map::displacement;

@@ -41,26 +41,23 @@
 
 mod assumed_noise;
 mod candidates;
-mod choice;
 mod evaluate;
 mod impulses;
 mod subsample;
 mod sure;
 mod with_learned;
 
-pub use candidates::Candidate;
-pub use choice::{CandidateShare, DenoiseChoice};
+pub use super::choice::{Candidate, CandidateShare, DenoiseChoice};
 
 use super::bilaplacian::BoundaryConstraint;
+use super::boundary::{BOUNDARY, Boundary};
 use super::connectivity::Connectivity;
-use super::laplacian::BOUNDARY;
 use super::map::{NOISE, NOISE_ACROSS, Problem};
 use super::method::{DenoiseMethod, MethodInfo};
+use super::motion::{MOTION, Motion};
 use super::noise_field::NoiseField;
 use super::noise_level::{self, Kind, NoiseEstimate, NoiseLevel};
 use super::parameters::{HUGE, Parameter};
-use super::vertex_update::MOTION;
-use super::{Boundary, Motion};
 use crate::mesh::locality::Localised;
 use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};
@@ -76,7 +73,7 @@ use subsample::{PatchSizes, subsample};
 pub struct Auto {
     /// σ, mean edge lengths; measured on the mesh where it is not given.
     pub noise: Option<f64>,
-    /// Largest standard deviation of the noise across the normals, mean edge lengths; measured if it is `None`.
+    /// Largest standard deviation of the tangential noise, mean edge lengths; measured if it is `None`.
     pub noise_across: Option<f64>,
     /// Kind of the noise; measured if it is `None`.
     pub kind: Option<Kind>,
@@ -246,7 +243,7 @@ impl<'a> Prepared<'a> {
         (self.connectivity.undo_flips(&self.data, offsets, &self.noise), bounded)
     }
 
-    /// What was prepared, with other numbers of the vertices. Outliers are data no more.
+    /// The prepared surface with other numbers of the vertices. Outliers are data no more.
     fn renumbered<'b>(&self, other: &'b Localised) -> Prepared<'b> {
         let Localised { surface, originals } = other;
         Prepared {

@@ -7,7 +7,7 @@
 //! is zero, and the data alone hold it. Non-manifold edges, and edges whose faces disagree about the orientation, count as
 //! boundary here.
 
-use super::Boundary;
+use super::boundary::Boundary;
 use super::conjugate_gradients::{CHUNK, ConjugateGradients, Stop, multiply};
 use crate::mesh::csr::Csr;
 use crate::mesh::jagged::Index;

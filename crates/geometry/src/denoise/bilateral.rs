@@ -6,8 +6,7 @@
 //! wⱼ = exp(−|pⱼ − p|² / 2σ_c²) exp(−hⱼ² / 2σ_s²). The sigmas are automatic: σ_c is the shortest edge at the vertex, σ_s
 //! the standard deviation of the |hⱼ|.
 
-use super::Boundary;
-use super::laplacian::BOUNDARY;
+use super::boundary::{BOUNDARY, Boundary};
 use super::method::{DenoiseMethod, MethodInfo, Reference};
 use super::parameters::Parameter;
 use super::triangle_mesh::flood_fill;

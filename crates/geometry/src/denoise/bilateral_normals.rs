@@ -9,13 +9,14 @@
 //! min (1 − λ) Σᵢ Aᵢ |nᵢ − Σⱼ wᵢⱼ nⱼ / Σⱼ wᵢⱼ|² + λ Σᵢ Aᵢ |nᵢ − nᵢ⁰|² (eq. 5). The areas Aᵢ of that sum are all taken as
 //! equal, as in the code that produced the figures in the literature.
 
+use super::boundary::Boundary;
 use super::conjugate_gradients::{ConjugateGradients, Stop, multiply};
 use super::face_geometry::{FaceGeometry, filter_normals};
 use super::method::{DenoiseMethod, MethodInfo, Reference};
+use super::motion::Motion;
 use super::parameters::{HUGE, Parameter, TINY};
 use super::triangle_mesh::TriangleMesh;
 use super::vertex_update::{self, Updater, VertexUpdate};
-use super::{Boundary, Motion};
 use crate::mesh::csr::Csr;
 use crate::mesh::jagged::{Index, Ragged};
 use crate::mesh::surface::Surface;

@@ -1,8 +1,9 @@
 //! A method within limits, and the form of its result: displacements in any direction, or heights along normals.
 
 use super::limits::{Bounds, Limits, LimitsError, Outcome};
+use super::motion::Motion;
 use super::normal_field::{self, HeightDirections, NormalField};
-use super::{Denoiser, HeightField, Motion, auto};
+use super::{Denoiser, HeightField, auto};
 use crate::mesh::normals::{self, FaceWeight};
 use crate::mesh::surface::Surface;
 use crate::mesh::weld::Weld;
@@ -29,10 +30,10 @@ impl From<Denoiser> for Denoising {
     }
 }
 
-/// Why there is no result.
+/// Reasons why a denoising has no result.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DenoisingError {
-    /// They do not fit the surface.
+    /// The limits do not fit the surface.
     #[error(transparent)]
     Limits(#[from] LimitsError),
     /// The caller cancelled.

@@ -9,12 +9,13 @@
 //! exp(−|gᵢ − gⱼ|² / 2σ_r²) nⱼ over the faces within a radius, and vertices follow before the next iteration.
 
 use super::bilateral_normals::{SIGMA_RANGE, SIGMA_SPATIAL};
+use super::boundary::Boundary;
 use super::face_geometry::{FaceGeometry, filter_normals};
 use super::method::{DenoiseMethod, MethodInfo, Reference};
+use super::motion::Motion;
 use super::parameters::{Parameter, TINY};
 use super::triangle_mesh::{TriangleMesh, build_lists};
 use super::vertex_update::{self, Updater, VertexUpdate};
-use super::{Boundary, Motion};
 use crate::mesh::jagged::{Index, Ragged};
 use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};

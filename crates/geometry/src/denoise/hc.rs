@@ -7,8 +7,7 @@
 //! that of its neighbours: with b = p − (α o + (1 − α) q), where o is the position in the input,
 //! p ← p − (β b + (1 − β) · mean of the neighbours' b).
 
-use super::Boundary;
-use super::laplacian::BOUNDARY;
+use super::boundary::{BOUNDARY, Boundary};
 use super::method::{DenoiseMethod, MethodInfo, Reference};
 use super::parameters::Parameter;
 use crate::mesh::jagged::Index;

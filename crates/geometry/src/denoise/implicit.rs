@@ -11,11 +11,12 @@
 #[cfg_attr(target_family = "wasm", path = "implicit/no_cholesky.rs")]
 mod cholesky;
 
+use super::EdgeWeights;
+use super::boundary::{BOUNDARY, Boundary};
 use super::conjugate_gradients::{ConjugateGradients, Stop, multiply};
-use super::laplacian::{BOUNDARY, WEIGHTS};
+use super::laplacian::WEIGHTS;
 use super::method::{DenoiseMethod, MethodInfo, Reference};
 use super::parameters::{HUGE, Parameter};
-use super::{Boundary, EdgeWeights};
 use crate::mesh::csr::Csr;
 use crate::mesh::jagged::Index;
 use crate::mesh::laplacian;
@@ -50,7 +51,7 @@ named! {
         /// Conjugate gradients: for meshes of every size.
         #[default]
         Iterative = "iterative",
-        /// Sparse Cholesky factorisation: exact to the last digit, for up to some 100 000 vertices.
+        /// Sparse Cholesky factorisation: exact to the last digit, for up to about 100,000 vertices.
         Direct = "direct",
     }
 }

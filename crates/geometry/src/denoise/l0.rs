@@ -9,10 +9,9 @@
 //! λ = 0.2 ē² γ and α = 0.1 γ, with ē the mean edge length and γ the mean absolute dihedral angle in radians. (The
 //! published code averages the signed angles, which cancel, and so takes almost no λ.)
 
-use super::Boundary;
+use super::boundary::{BOUNDARY, Boundary};
 use super::conjugate_gradients::{ConjugateGradients, Stop, multiply};
 use super::face_geometry::FaceGeometry;
-use super::laplacian::BOUNDARY;
 use super::method::{DenoiseMethod, MethodInfo, Reference};
 use super::parameters::{HUGE, Parameter, TINY};
 use super::triangle_mesh::TriangleMesh;

@@ -6,6 +6,7 @@
 //! One iteration is xᵢ ← xᵢ + s (Σⱼ wᵢⱼ xⱼ / Σⱼ wᵢⱼ − xᵢ) at all vertices at once. With s = 1 and one iteration δᵢ is
 //! pᵢ minus the mean of its neighbours. Noise at the scale of an edge goes in a few steps; more of them shrink.
 
+use super::boundary::{BOUNDARY, Boundary};
 use super::method::{DenoiseMethod, MethodInfo, Reference};
 use super::parameters::Parameter;
 use crate::mesh::csr::Csr;
@@ -52,22 +53,6 @@ named! {
         Cotangent = "cotangent",
     }
 }
-
-named! {
-    /// What happens at the boundary of an open mesh, that is, at vertices on an edge with one face only.
-    #[derive(Default)]
-    pub enum Boundary {
-        /// Boundary vertices stay.
-        #[default]
-        Fixed = "fixed",
-        /// Boundary vertices move like all others, which shrinks outlines and the edges of holes.
-        Free = "free",
-    }
-}
-
-/// Parameter of all methods that have a setting for the boundary.
-pub(super) const BOUNDARY: Parameter =
-    Parameter::word::<Boundary>("boundary", "/boundary", "what happens at the boundary of an open mesh");
 
 /// Parameter of all methods with a choice of weights.
 pub(super) const WEIGHTS: Parameter =

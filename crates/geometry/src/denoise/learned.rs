@@ -20,15 +20,15 @@ mod vertex_sweeps;
 pub use network::WeightsError;
 pub use samples::{FaceSamples, samples};
 
+use super::boundary::{BOUNDARY, Boundary};
 use super::face_geometry::FaceGeometry;
 use super::guided_normals::PatchGuidance;
-use super::laplacian::BOUNDARY;
 use super::method::{DenoiseMethod, MethodInfo, Reference};
+use super::motion::{MOTION, Motion};
 use super::parameters::Parameter;
 use super::triangle_mesh::TriangleMesh;
 use super::vertex_update::least_squares::MAX_HALVINGS;
-use super::vertex_update::{MOTION, undo_flips};
-use super::{Boundary, Motion};
+use super::vertex_update::undo_flips;
 use crate::mesh::jagged::Index;
 use crate::mesh::locality::Localised;
 use crate::mesh::surface::Surface;
@@ -337,7 +337,7 @@ impl<'a> Cascade<'a> {
     }
 }
 
-/// What a network says of a face.
+/// Answer of a network for a face.
 #[derive(Clone, Copy, Default)]
 struct Found {
     /// Unit normal that it should have; `None` if it should keep that of the input.
@@ -346,7 +346,7 @@ struct Found {
     others_share: f32,
 }
 
-/// What a network says of each face. #T
+/// Answers of a network for all faces. #T
 fn predicted_normals(
     fields: &FaceFields,
     network: &Network,
@@ -386,7 +386,7 @@ fn logistic(x: f32) -> f32 {
     if x < 0.0 { small / (1.0 + small) } else { 1.0 / (1.0 + small) }
 }
 
-/// What the outputs of a network say of a face with these candidates, the last of which are of `others`, and this frame.
+/// Answer that the outputs of a network give for a face with these candidates, the last of which are of `others`, and this frame.
 fn mixed(outputs: &mut [f32], candidates: &[Vec3], others: usize, frame: Mat3, input: Vec3) -> Found {
     let (shares, rest) = outputs.split_at_mut(candidates.len());
     softmax(shares);

@@ -83,6 +83,7 @@ named! {
 
 /// Reasons why limits do not fit a surface.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum LimitsError {
     /// The mask names a source vertex that the mesh does not have.
     #[error("`v` line {line} shall stay, but there are {v_lines}")]

@@ -34,14 +34,13 @@ pub(super) use iterations::Problem;
 pub(super) use linearised_normals::LinearisedNormals;
 
 use super::bilaplacian::BoundaryConstraint;
+use super::boundary::{BOUNDARY, Boundary};
 use super::connectivity::Connectivity;
-use super::laplacian::BOUNDARY;
 use super::method::{DenoiseMethod, MethodInfo};
+use super::motion::{MOTION, Motion};
 use super::noise_field::NoiseField;
 use super::noise_level::{self, NoiseEstimate};
 use super::parameters::{HUGE, Parameter, Preset, TINY};
-use super::vertex_update::MOTION;
-use super::{Boundary, Motion};
 use crate::mesh::locality::Localised;
 use crate::mesh::surface::Surface;
 use crate::named;
@@ -56,7 +55,7 @@ use serde::{Deserialize, Serialize};
 pub struct Map {
     /// σ, mean edge lengths; measured on the mesh where it is not given.
     pub noise: Option<f64>,
-    /// Largest standard deviation of the noise across the normals, mean edge lengths; measured if it is `None`.
+    /// Largest standard deviation of the tangential noise, mean edge lengths; measured if it is `None`.
     pub noise_across: Option<f64>,
     /// The prior.
     pub prior: Prior,
@@ -169,12 +168,12 @@ pub(super) const NOISE: Parameter =
         .unit("mean edge lengths")
         .optional();
 
-/// Parameter of all methods to which the noise across the normals can be told.
+/// Parameter of all methods to which the tangential noise can be told.
 pub(super) const NOISE_ACROSS: Parameter = Parameter::number(
     "noise-across",
     "/noise_across",
     [0.0, HUGE],
-    "largest standard deviation of the noise across the normals",
+    "largest standard deviation of the noise within the surface (tangential)",
 )
 .label("across")
 .slider(1.0)

@@ -1,7 +1,8 @@
 //! The interface of all methods: facts, parameters, published settings and the function.
 
+use super::choice::DenoiseChoice;
+use super::motion::Motion;
 use super::parameters::Parameter;
-use super::{Motion, auto};
 use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};
 use glam::DVec3;
@@ -43,7 +44,7 @@ pub(super) trait DenoiseMethod: Default + Clone + PartialEq + Serialize + Deseri
         &self,
         surface: &Surface,
         progress: &dyn Progress,
-    ) -> Result<(Vec<DVec3>, Option<auto::DenoiseChoice>), Cancelled> {
+    ) -> Result<(Vec<DVec3>, Option<DenoiseChoice>), Cancelled> {
         Ok((self.deltas(surface, progress)?, None))
     }
 

@@ -1,7 +1,5 @@
 //! Normals that a displacement map may go along: those of the mesh, or those of the denoised surface.
 
-#[cfg(doc)]
-use super::HeightField;
 use crate::mesh::normals::{self, FaceWeight};
 use crate::mesh::surface::Surface;
 use crate::named;
@@ -19,7 +17,7 @@ pub enum NormalField {
     /// Angle-weighted normals of the denoised surface, as it is before heights leave anything out of it.
     Denoised,
     /// Normals of the denoised surface, tilted towards the displacement of those vertices around which heights along
-    /// untilted normals would leave faces rotated: [`HeightField::tilted`].
+    /// untilted normals would leave faces rotated: [`HeightField::tilted`](super::HeightField::tilted).
     Tilted,
 }
 
@@ -50,7 +48,7 @@ impl NormalField {
         }
     }
 
-    /// HeightDirections for heights of a model's surface.
+    /// Directions in which heights of a model's surface are measured.
     pub fn directions(self, model: &Model) -> Result<HeightDirections, NoFileNormals> {
         Ok(match self {
             Self::Source(source) => HeightDirections::Given(model.displacement_normals(source)?, source),
@@ -60,14 +58,14 @@ impl NormalField {
     }
 }
 
-/// HeightDirections along which heights are measured, one for each vertex.
+/// Directions in which heights are measured, one for each vertex.
 #[derive(Clone, Debug, PartialEq)]
 pub enum HeightDirections {
     /// Unit normals of the input (#V×3; zero where a vertex has none) and the source they were taken from.
     Given(Vec<Vec3>, NormalSource),
-    /// HeightDirections of [`NormalField::Denoised`].
+    /// Those of [`NormalField::Denoised`], which follow from the displacements.
     Denoised,
-    /// HeightDirections of [`NormalField::Tilted`].
+    /// Those of [`NormalField::Tilted`], which are found together with the heights.
     Tilted,
 }
 

@@ -86,6 +86,7 @@ pub struct NotAllowed {
 
 /// Why a setting cannot be.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum ParameterError {
     /// A name that no method has.
     #[error("there is no method `{name}`")]
@@ -182,34 +183,34 @@ impl Parameter {
     ) -> Self {
         Self::new(name, pointer, Values::Text(expected), help)
     }
-    /// The same parameter with another spelling.
+    /// This parameter with another spelling.
     pub(crate) const fn alias(self, alias: &'static str) -> Self {
         Self { alias: Some(alias), ..self }
     }
-    /// The same parameter with another name in menus.
+    /// This parameter with another name in menus.
     pub(crate) const fn label(self, label: &'static str) -> Self {
         Self { label, ..self }
     }
-    /// The same parameter with a unit.
+    /// This parameter with a unit.
     pub(crate) const fn unit(self, unit: &'static str) -> Self {
         Self { unit: Some(unit), ..self }
     }
-    /// The same parameter with another end of its slider.
+    /// This parameter with another end of its slider.
     pub(crate) const fn slider(mut self, end: f64) -> Self {
         if let Values::Number { slider_max, .. } = &mut self.values {
             *slider_max = end;
         }
         self
     }
-    /// The same parameter, which may also be left to the method.
+    /// This parameter, which may also be left to the method.
     pub(crate) const fn optional(self) -> Self {
         Self { is_optional: true, ..self }
     }
-    /// The same parameter for manifests only.
+    /// This parameter for manifests only.
     pub(crate) const fn internal(self) -> Self {
         Self { is_internal: true, ..self }
     }
-    /// The same parameter at another place of the JSON.
+    /// This parameter at another place of the JSON.
     pub(crate) const fn at(self, pointer: &'static str) -> Self {
         Self { pointer, ..self }
     }

@@ -6,12 +6,13 @@
 //! One iteration is nᵢ ← normalise Σⱼ wᵢⱼ nⱼ over the faces that share a vertex with face i, itself included, with
 //! wᵢⱼ = max(0, nᵢ · nⱼ − T)².
 
+use super::boundary::Boundary;
 use super::face_geometry::{FaceGeometry, filter_normals};
 use super::method::{DenoiseMethod, MethodInfo, Reference};
+use super::motion::Motion;
 use super::parameters::Parameter;
 use super::triangle_mesh::{TriangleMesh, build_lists};
 use super::vertex_update::{self, Updater, VertexUpdate};
-use super::{Boundary, Motion};
 use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};
 use glam::DVec3;

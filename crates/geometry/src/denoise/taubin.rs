@@ -5,10 +5,11 @@
 //! One iteration is a step towards the mean of the neighbours, x ← x + λ L x, and one away from it, x ← x + μ L x. With
 //! μ < −λ < 0 the second undoes the shrinking of the first for all frequencies k below the pass band 1/λ + 1/μ.
 
-use super::laplacian::{BOUNDARY, STEP, Smoother, WEIGHTS};
+use super::EdgeWeights;
+use super::boundary::{BOUNDARY, Boundary};
+use super::laplacian::{STEP, Smoother, WEIGHTS};
 use super::method::{DenoiseMethod, MethodInfo, Reference};
 use super::parameters::Parameter;
-use super::{Boundary, EdgeWeights};
 use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};
 use glam::DVec3;

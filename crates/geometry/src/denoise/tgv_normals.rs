@@ -11,13 +11,14 @@
 //! The authors choose weights for each mesh. Here lengths are in mean edges and β is divided by γ, the mean absolute dihedral
 //! angle of the input, so that more noise gets more smoothing. The weights wₑ = exp(−|∇N|⁴) preserve creases.
 
+use super::boundary::Boundary;
 use super::conjugate_gradients::{ConjugateGradients, Stop, multiply};
 use super::face_geometry::FaceGeometry;
 use super::method::{DenoiseMethod, MethodInfo, Reference};
+use super::motion::Motion;
 use super::parameters::{HUGE, Parameter, TINY};
 use super::triangle_mesh::TriangleMesh;
 use super::vertex_update::{self, Updater, VertexUpdate};
-use super::{Boundary, Motion};
 use crate::mesh::jagged::{Index, Ragged};
 use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};

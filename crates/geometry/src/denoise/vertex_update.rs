@@ -11,8 +11,8 @@
 
 pub(super) mod least_squares;
 
-use super::Boundary;
-use super::laplacian::BOUNDARY;
+use super::boundary::{BOUNDARY, Boundary};
+use super::motion::{MOTION, Motion};
 use super::parameters::{HUGE, Parameter};
 use super::triangle_mesh::TriangleMesh;
 use crate::mesh::jagged::Index;
@@ -55,20 +55,6 @@ named! {
 }
 
 named! {
-    /// Where vertices may go.
-    ///
-    /// How motion along normals follows from free motion is said at [`HeightField`](super::HeightField).
-    #[derive(Default)]
-    pub enum Motion {
-        /// Anywhere.
-        #[default]
-        Free = "free",
-        /// Along one normal for each vertex, so that a height map can hold all of it.
-        AlongNormal = "along-normal",
-    }
-}
-
-named! {
     /// Treatment of steps that fold the surface over.
     #[derive(Default)]
     pub enum FoldOvers {
@@ -87,19 +73,12 @@ impl VertexUpdate {
         let scheme = VertexScheme::Descent;
         Self { scheme, iterations, closeness: 0.0, boundary, motion: Motion::Free, fold_overs }
     }
-    /// The same with vertices that keep near to the input, and no folds. On most meshes that brings the normals nearer
+    /// These settings with vertices that keep near to the input, and no folds. On most meshes that brings the normals nearer
     /// to the true ones too.
     pub fn held(self) -> Self {
         Self { closeness: 0.05, fold_overs: FoldOvers::Prevent, ..self }
     }
 }
-
-/// Parameter of all methods that can keep to what heights hold.
-pub(super) const MOTION: Parameter = Parameter::word::<Motion>(
-    "motion",
-    "/motion",
-    "where vertices may go; a bake of heights always takes along-normal",
-);
 
 /// Parameters of all filters of face normals.
 pub(super) const PARAMETERS: &[Parameter] = &[
@@ -118,7 +97,7 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     .label("vertex steps"),
     Parameter::number("closeness", "/vertex_update/closeness", [0.0, HUGE], "pull of the vertices to the input")
         .slider(1.0)
-        .unit("pulls of a face around"),
+        .unit("pulls of one adjacent face"),
     MOTION.at("/vertex_update/motion"),
     Parameter::word::<FoldOvers>(
         "fold-overs",

@@ -226,6 +226,7 @@ pub fn source_vertices(source: &MeshData, normals: &[Vec3], rule: &SamplingRule,
 
 /// Reasons why a mesh cannot be displaced by a map.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum MeshError {
     /// The mesh is neither the one that was baked nor the carrier, byte for byte.
     #[error("is neither the mesh that was baked nor its carrier, byte for byte")]

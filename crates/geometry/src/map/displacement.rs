@@ -13,18 +13,22 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod file;
+mod decode;
+mod encode;
+mod format;
 
 pub use crate::map::sampling::Weights;
-pub use file::{DecodeError, EncodeError, FileFormat, TexelFormat};
+pub use decode::DecodeError;
+pub use encode::EncodeError;
+pub use format::{FileFormat, TexelFormat};
 
-pub(crate) use file::png;
+pub(crate) use encode::png;
 
 use crate::map::per_vertex;
 use crate::map::sampling::{Footprint, HeightMap, Size};
 use crate::mesh::jagged::Index;
 use crate::named;
-use file::Stored;
+use format::Stored;
 use glam::{Vec2, Vec3};
 use half::f16;
 use rayon::prelude::*;
@@ -187,12 +191,12 @@ impl Displacement {
 
     /// Writes the image file.
     pub fn to_bytes(&self) -> Result<Vec<u8>, EncodeError> {
-        file::encode(&self.planes, self.size, self.encoding.texel)
+        encode::encode(&self.planes, self.size, self.encoding.texel)
     }
 
     /// Reads an image file back; it must be what the manifest says.
     pub fn decode(bytes: &[u8], kind: MapKind, size: Size, encoding: Encoding) -> Result<Self, DecodeError> {
-        Ok(Self { size, kind, encoding, planes: file::decode(bytes, kind.planes(), size, encoding.texel)? })
+        Ok(Self { size, kind, encoding, planes: decode::decode(bytes, kind.planes(), size, encoding.texel)? })
     }
 
     /// Height at a sample position, model units.

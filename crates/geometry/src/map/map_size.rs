@@ -179,15 +179,15 @@ pub struct MapSizeChoice {
 /// Reason why a size was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MapSizeReason {
-    /// It is the smallest size at which each vertex gets its height.
+    /// The size is the smallest one at which each vertex gets its height.
     Exact,
-    /// It is the smallest size at which 99 % of the vertices are far enough apart; no size gives each vertex its height.
+    /// The size is the smallest one at which 99 % of the vertices are far enough apart; no size gives each vertex its height.
     AlmostExact,
-    /// It is the smallest size at which 99 % of the vertices are far enough apart.
+    /// The size is the smallest one at which 99 % of the vertices are far enough apart.
     Spaced,
-    /// It is the smallest size with hardly more vertices that need private texels than the largest one, and with room for them.
+    /// The size is the smallest one that has space for private texels and hardly more vertices that need them than the largest size.
     PrivateTexels,
-    /// It is the largest size; at none are 99 % of the vertices far enough apart.
+    /// The size is the largest one; at none are 99 % of the vertices far enough apart.
     Crowded,
 }
 

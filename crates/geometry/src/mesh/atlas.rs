@@ -25,6 +25,7 @@ use std::collections::BTreeMap;
 
 /// Reasons why a mesh has no layout.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum AtlasError {
     /// No corner names a uv vertex.
     #[error("the mesh has no texture coordinates (no face names a `vt`)")]

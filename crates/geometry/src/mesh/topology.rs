@@ -14,11 +14,21 @@
 //! assert_eq!(inside, [[1, 2]]);
 //! ```
 
+mod corner_faces;
+mod edges;
+mod tidy_faces;
+
+pub use edges::EdgeKind;
+pub use tidy_faces::{TidyFaces, tidy};
+
 use crate::mesh::jagged::{Index, Ragged};
 use crate::mesh::union_find::UnionFind;
+use corner_faces::CornerFaces;
+use edges::Edges;
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::OnceLock;
+use tidy_faces::kept;
 
 /// Connectivity of polygons over vertices.
 ///
@@ -36,52 +46,8 @@ pub struct Topology {
     edges: OnceLock<Edges>,
 }
 
-/// Edges of a mesh in ascending order.
-#[derive(Clone, Debug, Default)]
-struct Edges {
-    ends: Vec<[Index; 2]>,
-    corners: Ragged<Index>,
-}
-
-/// Face of each corner.
-#[derive(Clone, Debug)]
-enum CornerFaces {
-    /// All faces are triangles, so a corner says by itself which face it has.
-    Triangles,
-    Polygons(Vec<Index>),
-}
-
-impl CornerFaces {
-    fn of<T: Sync>(faces: &Ragged<T>) -> Self {
-        if faces.items().len() == 3 * faces.len() && faces.iter().all(|face| face.len() == 3) {
-            return Self::Triangles;
-        }
-        let of_face = |f: Index| faces.range(f).map(move |_| f);
-        Self::Polygons((0..faces.len() as Index).flat_map(of_face).collect())
-    }
-    fn get(&self, corner: Index) -> Index {
-        match self {
-            Self::Triangles => corner / 3,
-            Self::Polygons(faces) => faces[corner as usize],
-        }
-    }
-}
-
 /// Number of vertices of a task.
 const CHUNK: usize = 8192;
-
-/// Kind of an edge by the faces that use it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum EdgeKind {
-    /// The edge has one face.
-    Boundary,
-    /// The edge has two faces with consistent orientation: they run along it in opposite directions.
-    Interior,
-    /// The edge has two faces that run along it in the same direction: one of them is flipped.
-    Misoriented,
-    /// The edge has three or more faces.
-    NonManifold,
-}
 
 impl Topology {
     /// Builds the connectivity of `faces` over `vertex_count` vertices.
@@ -164,39 +130,6 @@ impl Topology {
         (rings, boundary, misoriented)
     }
 
-    /// Edges with their corners.
-    fn edge_list(&self) -> &Edges {
-        if let Some(edges) = self.edges.get() {
-            return edges;
-        }
-        // Not inside of the lock: a thread that waits for others takes up other work, which may ask for the edges too.
-        let mut edges = Edges::default();
-        for (ends, corners) in self.in_chunks(|vertices| self.edges_to_higher(vertices)) {
-            edges.ends.extend(ends);
-            edges.corners.append(&corners);
-        }
-        self.edges.get_or_init(|| edges)
-    }
-
-    /// Edges from vertices to their higher neighbours, each with the corners that run along it, in the order of the faces.
-    fn edges_to_higher(&self, vertices: Range<Index>) -> (Vec<[Index; 2]>, Ragged<Index>) {
-        let (mut ends, mut corners, mut halves) = (Vec::with_capacity(3 * CHUNK), Ragged::default(), Vec::new());
-        for v in vertices {
-            halves.clear();
-            for &corner in self.corners(v) {
-                let previous = self.previous(corner);
-                halves.extend([(self.vertex(self.next(corner)), corner), (self.vertex(previous), previous)]);
-            }
-            halves.retain(|half| half.0 > v);
-            halves.sort_unstable();
-            for same in halves.chunk_by(|x, y| x.0 == y.0) {
-                ends.push([v, same[0].0]);
-                corners.push(same.iter().map(|half| half.1));
-            }
-        }
-        (ends, corners)
-    }
-
     /// Number of vertices, isolated ones included.
     pub fn vertex_count(&self) -> usize {
         self.vertex_count
@@ -233,21 +166,9 @@ impl Topology {
     pub fn is_triangular(&self) -> bool {
         matches!(self.corner_faces, CornerFaces::Triangles)
     }
-    /// Number of edges of the kind [`EdgeKind::Misoriented`].
-    pub fn misoriented_edges(&self) -> usize {
-        self.misoriented
-    }
     /// Corners of a vertex, ascending.
     pub fn corners(&self, vertex: Index) -> &[Index] {
         self.vertex_corners.get(vertex)
-    }
-    /// End points of each edge, the lower one first, in ascending order. #E×2
-    pub fn edges(&self) -> &[[Index; 2]] {
-        &self.edge_list().ends
-    }
-    /// Corners that run along each edge. #E lists
-    pub fn edge_corners(&self) -> &Ragged<Index> {
-        &self.edge_list().corners
     }
     /// Vertices that share an edge with each vertex (its one-ring), ascending. #V lists
     pub fn rings(&self) -> &Ragged<Index> {
@@ -260,15 +181,6 @@ impl Topology {
     /// Returns true if no face names the vertex.
     pub fn is_isolated(&self, vertex: Index) -> bool {
         self.corners(vertex).is_empty()
-    }
-    /// Kind of an edge.
-    pub fn edge_kind(&self, edge: Index) -> EdgeKind {
-        match *self.edge_corners().get(edge) {
-            [_] => EdgeKind::Boundary,
-            [c, d] if self.vertex(c) != self.vertex(d) => EdgeKind::Interior,
-            [_, _] => EdgeKind::Misoriented,
-            _ => EdgeKind::NonManifold,
-        }
     }
     /// Non-manifold vertices, ascending: their faces do not form one fan, as at a bow tie or at an end of a non-manifold edge.
     pub fn non_manifold_vertices(&self) -> Vec<Index> {
@@ -320,116 +232,6 @@ impl Topology {
     }
 }
 
-/// Faces that satisfy the invariant of [`Topology`], and the faces of the input that had to be left out.
-#[derive(Clone, Debug, Default)]
-pub struct TidyFaces {
-    /// Vertices of each face. #F lists
-    pub faces: Ragged<Index>,
-    /// Faces of the input with fewer than three different vertices in a row, which were left out.
-    pub degenerate: Vec<Index>,
-    /// Faces of the input with the same vertices as an earlier one, which were left out: a second layer would count twice in
-    /// a normal, or cancel it if it is flipped.
-    pub duplicate: Vec<Index>,
-    /// Face and corners of the input for each face and each corner; `None` if all are as in the input.
-    source: Option<(Vec<Index>, Vec<Index>)>,
-    /// Corners of each vertex, if they have not changed.
-    vertex_corners: Option<Ragged<Index>>,
-}
-
-impl TidyFaces {
-    /// Face of the input for a face.
-    pub fn source_face(&self, face: Index) -> Index {
-        self.source.as_ref().map_or(face, |(faces, _)| faces[face as usize])
-    }
-    /// Corner of the input for a corner of [`Self::faces`].
-    pub fn source_corner(&self, corner: Index) -> Index {
-        self.source.as_ref().map_or(corner, |(_, corners)| corners[corner as usize])
-    }
-    /// Builds the connectivity of the faces over `vertex_count` vertices, as many as they were made tidy with. It takes the faces away.
-    pub fn connect(&mut self, vertex_count: usize) -> Topology {
-        let faces = std::mem::take(&mut self.faces);
-        match self.vertex_corners.take() {
-            Some(corners) => Topology::with_corners(vertex_count, faces, corners),
-            None => Topology::new(vertex_count, faces),
-        }
-    }
-}
-
-/// Drops repeated corners, collapsed faces, and second layers of faces.
-///
-/// # Panics
-/// If a face names a vertex that does not exist.
-pub fn tidy(vertex_count: usize, input: Ragged<Index>) -> TidyFaces {
-    let vertex_corners = Ragged::by_key(vertex_count, input.items());
-    let duplicate = duplicates(&vertex_corners, &input);
-    let all = (0..input.len() as Index).into_par_iter();
-    let is_clean = |face: &[Index]| kept(face).count() == face.len() && has_three_vertices(face);
-    if duplicate.is_empty() && all.all(|f| is_clean(input.get(f))) {
-        return TidyFaces { faces: input, vertex_corners: Some(vertex_corners), ..TidyFaces::default() };
-    }
-    let mut out = TidyFaces::default();
-    let (mut faces, mut corners) = (Vec::new(), Vec::new());
-    for f in 0..input.len() as Index {
-        let first = input.range(f).start as Index;
-        let face = input.get(f);
-        if kept(face).count() < 3 || !has_three_vertices(face) {
-            out.degenerate.push(f);
-        } else if duplicate.binary_search(&f).is_ok() {
-            out.duplicate.push(f);
-        } else {
-            out.faces.push(kept(face).map(|k| face[k]));
-            corners.extend(kept(face).map(|k| first + k as Index));
-            faces.push(f);
-        }
-    }
-    out.source = Some((faces, corners));
-    out
-}
-
-/// Returns false for a face that goes to and fro between two vertices.
-fn has_three_vertices(face: &[Index]) -> bool {
-    let second = face.iter().find(|&&v| v != face[0]);
-    second.is_some_and(|&second| face.iter().any(|&v| v != face[0] && v != second))
-}
-
-/// Corners of a face that do not repeat the previous one.
-fn kept(face: &[Index]) -> impl Iterator<Item = usize> {
-    (0..face.len()).filter(|&k| face[k] != face[if k == 0 { face.len() } else { k } - 1])
-}
-
-/// Faces whose vertices are those of an earlier face, ascending; `vertex_corners` are the corners of each vertex.
-fn duplicates(vertex_corners: &Ragged<Index>, faces: &Ragged<Index>) -> Vec<Index> {
-    let corner_faces = CornerFaces::of(faces);
-    // A sum over the vertices tells almost all faces apart without sorting any.
-    let mixed = |&v: &Index| u64::from(v).wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    let vertices = |f: Index| kept(faces.get(f)).map(move |k| &faces.get(f)[k]);
-    let sum = |f: Index| vertices(f).map(mixed).fold(0u64, u64::wrapping_add);
-    let sorted = |f: Index| {
-        let mut sorted: Vec<_> = vertices(f).collect();
-        sorted.sort_unstable();
-        sorted
-    };
-    // Faces with the same vertices meet at the lowest of them.
-    let at_lowest = |v: Index, keyed: &mut Vec<(u64, Index)>| {
-        keyed.clear();
-        let around = vertex_corners.get(v).iter().map(|&c| corner_faces.get(c));
-        keyed.extend(around.filter(|&f| faces.get(f).iter().all(|&other| other >= v)).map(|f| (sum(f), f)));
-        keyed.sort_unstable();
-        // A face may pass a vertex twice.
-        keyed.dedup();
-        let mut found = Vec::new();
-        for alike in keyed.chunk_by(|a, b| a.0 == b.0).filter(|alike| alike.len() > 1) {
-            let is_known = |k: usize, f| alike[..k].iter().any(|e| sorted(e.1) == sorted(f));
-            found.extend(alike.iter().enumerate().filter(|(k, (_, f))| is_known(*k, *f)).map(|(_, (_, f))| *f));
-        }
-        found
-    };
-    let all = (0..vertex_corners.len() as Index).into_par_iter().with_min_len(CHUNK);
-    let mut duplicates: Vec<Index> = all.map_init(Vec::new, |keyed, v| at_lowest(v, keyed)).flatten_iter().collect();
-    duplicates.par_sort_unstable();
-    duplicates
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -469,19 +271,5 @@ mod tests {
         assert_eq!(t.non_manifold_vertices(), [0, 1]);
         let t = topology(4, &[&[0, 1, 2], &[0, 1, 3]]);
         assert_eq!(t.edge_kind(0), EdgeKind::Misoriented);
-    }
-
-    #[test]
-    fn tidying_keeps_what_can_be_kept() {
-        let input: Ragged<Index> =
-            [vec![0, 1, 2, 2], vec![3, 3, 4], vec![2, 0, 1], vec![0, 2, 1], vec![1, 3, 2], vec![0, 1, 0, 1]]
-                .into_iter()
-                .collect();
-        let tidy = tidy(5, input);
-        assert_eq!(tidy.faces.iter().collect::<Vec<_>>(), [&[0, 1, 2][..], &[1, 3, 2]]);
-        assert_eq!(tidy.degenerate, [1, 5]);
-        assert_eq!(tidy.duplicate, [2, 3]);
-        assert_eq!([0, 1].map(|f| tidy.source_face(f)), [0, 4]);
-        assert_eq!([0, 1, 2, 3, 4, 5].map(|c| tidy.source_corner(c)), [0, 1, 2, 13, 14, 15]);
     }
 }

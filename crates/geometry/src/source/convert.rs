@@ -15,7 +15,7 @@ pub struct Written<B = Vec<u8>> {
     /// Largest distance between a position and the one that the file holds, model units. Formats of single precision round to
     /// the nearest number.
     pub rounding: f64,
-    /// What the source has and the file does not, each in a few words.
+    /// Contents of the source that the file has no place for, each in a few words.
     pub lost: Vec<String>,
 }
 
@@ -118,7 +118,7 @@ pub(super) fn write(
     Written { bytes, rounding, lost: lost(&mesh, contents, format) }
 }
 
-/// What a format cannot hold of a mesh.
+/// Contents of a mesh that a format cannot hold.
 fn lost(mesh: &Attributes, contents: &[String], format: Format) -> Vec<String> {
     let data = mesh.data;
     let holds = |formats: &[Format]| formats.contains(&format);

@@ -40,6 +40,11 @@ impl Format {
         }
     }
 
+    /// Extensions of the file names of all formats, for messages: `.obj, .ply` and so on.
+    pub fn extensions() -> String {
+        Self::ALL.map(|format| format!(".{}", format.name())).join(", ")
+    }
+
     /// Word for the source vertices of a file in messages.
     pub fn vertices(self) -> &'static str {
         if self == Self::Obj { "`v` lines" } else { "vertices" }

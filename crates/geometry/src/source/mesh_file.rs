@@ -69,7 +69,7 @@ pub trait MeshFile: std::fmt::Debug + Sync {
     fn contents(&self) -> Vec<String> {
         Vec::new()
     }
-    /// What is odd about the file and was handled, one sentence each.
+    /// Notes on oddities of the file that were handled, one sentence each.
     fn notes(&self) -> &[String] {
         &[]
     }

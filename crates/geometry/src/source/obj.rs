@@ -14,6 +14,7 @@
 //! # Ok::<(), ObjError>(())
 //! ```
 
+mod error;
 mod groups;
 mod parse;
 mod part;
@@ -30,8 +31,8 @@ use glam::DVec3;
 use std::borrow::Cow;
 use std::ops::Range;
 
+pub use error::{ObjError, ObjErrorKind};
 pub use groups::NoSuchGroup;
-pub use parse::{ObjError, ObjErrorKind};
 pub(crate) use print::{print, print_carrier};
 
 /// Contents of an OBJ file besides its mesh data; all of them are kept when the file is written.

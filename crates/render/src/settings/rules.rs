@@ -36,6 +36,7 @@ pub(crate) use named;
 
 /// Reason why a text is not the settings of a picture.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum SettingsError {
     /// The text is not JSON, or has an unknown field or a value of the wrong kind.
     #[error("{0}")]

@@ -77,7 +77,7 @@ impl Shader<'_> {
         })
     }
 
-    /// What a ray sees of the volume before a colour at its end, front to back.
+    /// Colour that a ray sees through the volume, front to back, with another colour at its end.
     fn over_volume(&self, behind: Vec3, ray: impl FnOnce() -> Ray) -> Vec3 {
         let Some(volume) = self.volume.as_ref().filter(|volume| volume.display != VolumeDisplay::Hidden) else {
             return behind;

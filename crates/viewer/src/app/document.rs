@@ -16,6 +16,7 @@ use planish_geometry::map::displace::ShaderVertex;
 use planish_geometry::map::displacement::Displacement;
 use planish_geometry::map::manifest::{self, Manifest};
 use planish_geometry::progress::Progress;
+use planish_geometry::source::format::Format;
 use planish_geometry::source::model::Model;
 use planish_render::scene::Scene;
 use planish_render::settings::{Displace, Settings, Shading};
@@ -125,10 +126,10 @@ pub fn load(path: &Path, trust: Trust, progress: &dyn Progress) -> Result<(Docum
         Some(Kind::Manifest) => with_map(path, trust, progress),
         Some(Kind::Picture) => with_map(&manifest_of(path)?, trust, progress),
         None if path.is_dir() => Err(Failure::at(path, "is a directory, not a file")),
-        None => Err(Failure::at(
-            path,
-            "is neither a mesh (.obj, .ply, .stl, .off, .glb, .gltf) nor the manifest of a map (.planish.json)",
-        )),
+        None => {
+            let meshes = Format::extensions();
+            Err(Failure::at(path, format!("is neither a mesh ({meshes}) nor the manifest of a map (.planish.json)")))
+        }
     }
 }
 

@@ -75,7 +75,7 @@ impl Brush {
     }
 }
 
-/// What painting needs to know of a mesh.
+/// Facts about a mesh that painting needs.
 pub(super) struct Canvas {
     tree: RayTree,
     /// Unit normals of the vertices. #V

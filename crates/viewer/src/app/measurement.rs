@@ -38,7 +38,7 @@ impl Clean {
     }
 }
 
-/// What a measurement is of: λ, the map by its address, and whether the errors of the vertices are wanted.
+/// Subject of a measurement: λ, the map by its address, and whether the errors of the vertices are asked for.
 pub(super) type Key = (f32, Option<usize>, bool);
 
 /// The open mesh without its map, against the clean mesh: the part of a measurement that λ does not change.
@@ -72,7 +72,7 @@ impl Measured {
     }
 }
 
-/// What is to be measured.
+/// Job of a measurement.
 #[derive(Debug)]
 pub struct Request<'a> {
     /// Part of an earlier measurement of the same two meshes. With it, a step of λ costs a displacement and a comparison.

@@ -18,21 +18,21 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 pub struct ListedMesh {
     /// Path of the mesh.
     pub path: PathBuf,
-    /// What came of baking it.
+    /// State of its bake.
     pub state: BakeState,
 }
 
 /// State of a mesh of the list.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum BakeState {
-    /// It was not baked with the others.
+    /// The mesh was not baked with the others.
     #[default]
     Untouched,
-    /// It waits for its turn.
+    /// The mesh waits for its turn.
     Waiting,
-    /// It is being baked.
+    /// The mesh is being baked.
     Baking,
-    /// Its files are in this folder.
+    /// The files of the mesh are in this folder.
     Done(PathBuf),
     /// The reason why it has no files.
     Failed(String),

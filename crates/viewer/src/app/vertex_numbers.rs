@@ -6,7 +6,7 @@ use planish_geometry::metrics::colormap::Colormap;
 use planish_render::settings::{Range, Settings, Shading};
 use std::sync::Arc;
 
-/// What the numbers of the vertices say.
+/// Meaning of the numbers of the vertices.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quantity {
     /// Standard deviation of the noise that `auto` measured, mean edge lengths.

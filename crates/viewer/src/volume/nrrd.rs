@@ -20,7 +20,7 @@ const LARGEST: u64 = 9 * MAX_VALUES;
 /// Fields of a header by name. Keys of one's own (`key:=value`) and comments are left out.
 struct Header(HashMap<String, String>);
 
-/// What a header says about the values.
+/// Description of the values in a header.
 #[derive(Debug, PartialEq)]
 struct Layout {
     size: [u32; 3],

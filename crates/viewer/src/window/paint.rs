@@ -1,7 +1,7 @@
 //! Painting of masks in the viewport: what the mouse does to the brush, and the ring that shows it.
 
 use super::orbit::ViewportCamera;
-use super::viewport::{bounds_of, device};
+use super::pointer::{bounds_of, device};
 use crate::app::App;
 use crate::app::mask_painter::Effect;
 use egui::{Color32, PointerButton, Pos2, Ui};

@@ -2,13 +2,14 @@
 
 use super::orbit::{self, ViewportCamera};
 use super::paint;
+use super::pointer::{bounds_of, device};
 use super::ui_state::{Comparing, UiState};
 use super::viewport_targets::height_range;
 use crate::app::jobs::Status;
 use crate::app::vertex_numbers::VertexNumbers;
 use crate::app::{App, MessageKind, Work};
 use egui::{Color32, CursorIcon, Pos2, Rect, Sense, Ui, Vec2, pos2, vec2};
-use planish_render::bounds::Sphere;
+use planish_geometry::source::format::Format;
 use planish_render::settings::Shading;
 use planish_render::settings::lights::Light;
 
@@ -54,7 +55,7 @@ fn welcome(ui: &mut Ui, rect: Rect, app: &mut App, ui_state: &mut UiState) {
     ui.scope_builder(egui::UiBuilder::new().max_rect(area), |ui| {
         ui.vertical_centered(|ui| {
             ui.heading("planish");
-            ui.label("Drop a mesh (.obj, .ply, .stl, .off, .glb) or a map (.planish.json) here");
+            ui.label(format!("Drop a mesh ({}) or a map (.planish.json) here", Format::extensions()));
             let open = ui.button("Open …");
             ui_state.mark("open", open.rect);
             if open.clicked() {
@@ -69,17 +70,6 @@ fn welcome(ui: &mut Ui, rect: Rect, app: &mut App, ui_state: &mut UiState) {
             }
         });
     });
-}
-
-/// Normalised device coordinates, y up.
-pub(super) fn device(rect: Rect, p: Pos2) -> glam::Vec2 {
-    let unit = (p - rect.min) / rect.size();
-    glam::Vec2::new(2.0 * unit.x - 1.0, 1.0 - 2.0 * unit.y)
-}
-
-/// Bounding sphere of the open mesh.
-pub(super) fn bounds_of(app: &App) -> Sphere {
-    app.document().map_or_else(Sphere::default, |document| document.scene.bounds())
 }
 
 /// Moves the camera with the mouse.

@@ -4,6 +4,7 @@ use crate::args::BatchArgs;
 use crate::failure::Failure;
 use planish_files::text::shown;
 use planish_files::{bake_files, compression, input};
+use planish_geometry::source::format::Format;
 use std::collections::HashMap;
 use std::io::Read as _;
 use std::path::{Component, Path, PathBuf};
@@ -38,7 +39,7 @@ pub(super) fn tasks(args: &BatchArgs) -> Result<Vec<Task>, Failure> {
     all.sort();
     all.dedup();
     if all.is_empty() {
-        return Err(Failure::Input("there are no meshes; planish reads OBJ, PLY, STL, OFF and glTF".to_owned()));
+        return Err(Failure::Input(format!("there are no meshes; planish reads {}", Format::extensions())));
     }
     let mut places: HashMap<&Path, &Path> = HashMap::new();
     for task in &all {

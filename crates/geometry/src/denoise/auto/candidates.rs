@@ -1,56 +1,15 @@
-//! Candidates of the mixture. A new one is a name, and its algorithm in [`Candidate::algorithm`].
+//! Algorithms of the candidates of a mixture. A new candidate is a name in [`Candidate`], and its algorithm in [`Candidate::algorithm`].
 
 use crate::denoise::bilaplacian::LocalStrength;
 use crate::denoise::bilateral_normals::{self, BilateralNormals};
+use crate::denoise::choice::Candidate;
 use crate::denoise::face_geometry::FaceGeometry;
 use crate::denoise::learned;
 use crate::denoise::map::{Prior, Problem};
 use crate::denoise::noise_level::Kind;
 use crate::denoise::vertex_update::Updater;
-use crate::named;
 use crate::progress::{Cancelled, Progress};
 use glam::DVec3;
-use std::fmt;
-
-named! {
-    /// A way to denoise that `auto` may try; all that it needs beside is the noise.
-    pub enum Candidate {
-        /// `map` with the prior for flat parts with sharp creases; also stands noise that is alike between neighbours.
-        Flat = "flat",
-        /// `map` with the prior for curved parts with sharp creases.
-        Sharp = "sharp",
-        /// `map` with the prior for parts whose creases need not be sharp.
-        Creases = "creases",
-        /// `map` with the prior for shapes with some creases.
-        Mixed = "mixed",
-        /// `map` with the prior for smooth shapes with detail.
-        Detail = "detail",
-        /// `map` with the prior for smooth shapes.
-        Smooth = "smooth",
-        /// `map` with the prior for flat parts, five times as strong: for noise that neighbours share.
-        FlatStrong = "flat-strong",
-        /// `map` with the prior for parts with creases, five times as strong.
-        CreasesStrong = "creases-strong",
-        /// `map` with the prior for smooth shapes, five times as strong.
-        SmoothStrong = "smooth-strong",
-        /// `bilateral-normals`: for noise that neighbours share, on machine parts.
-        Bilateral = "bilateral",
-        /// Linear smoothing, very little.
-        LinearFaint = "linear-faint",
-        /// Linear smoothing, little.
-        LinearLight = "linear-light",
-        /// Linear smoothing.
-        Linear = "linear",
-        /// Linear smoothing, much.
-        LinearStrong = "linear-strong",
-        /// Linear smoothing over wide neighbourhoods: for noise that neighbours share.
-        LinearWide = "linear-wide",
-        /// The learned filter. By default it has the last word on the mixture of the others; told by name, it is one of them.
-        Learned = "learned",
-        /// The mesh as it is.
-        Stay = "stay",
-    }
-}
 
 /// Algorithm of a candidate.
 pub(super) enum Algorithm {
@@ -201,12 +160,6 @@ fn smooth_linearly(
         *x - *p - tangential * (stiffness / (1.0 + stiffness))
     });
     Ok(offsets.collect())
-}
-
-impl fmt::Display for Candidate {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
-    }
 }
 
 #[cfg(test)]

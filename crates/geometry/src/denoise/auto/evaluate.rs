@@ -1,8 +1,7 @@
 //! Evaluation of candidates: each is run on the mesh and on perturbed meshes, and its risk makes its share of the result.
 
-use super::CandidateShare;
-use super::candidates::Candidate;
 use super::sure::{Response, SureEstimator};
+use crate::denoise::choice::{Candidate, CandidateShare};
 use crate::denoise::learned;
 use crate::denoise::map::{LinearisedNormals, Problem};
 use crate::mesh::jagged::Index;

@@ -4,8 +4,8 @@
 //! a result takes off something that neighbours share, it takes shape off (the residual whiteness principle). Then the mixture stands.
 //! How far the result counts beside the mixture is estimated beforehand (see `evaluate.rs`).
 
-use super::choice::CandidateShare;
-use super::{Candidate, Found, Prepared};
+use super::{Found, Prepared};
+use crate::denoise::choice::{Candidate, CandidateShare};
 use crate::denoise::connectivity::Connectivity;
 use crate::denoise::learned;
 use crate::mesh::surface::Surface;

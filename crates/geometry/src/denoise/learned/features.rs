@@ -5,6 +5,7 @@
 //! normals, as in bilateral filters. The means over 25 of them follow Wang et al. 2016, *Mesh Denoising via Cascaded Normal
 //! Regression*; wide scales look at clusters of faces instead of faces.
 
+mod bands;
 mod fields;
 mod search;
 mod write;

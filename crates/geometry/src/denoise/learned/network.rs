@@ -15,6 +15,7 @@ const LARGEST: f32 = 20.0;
 
 /// Reasons why bytes are no weights of the learned filter.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum WeightsError {
     /// The bytes are no safetensors file.
     #[error("not a safetensors file: {0}")]
@@ -24,7 +25,7 @@ pub enum WeightsError {
     Tensor {
         /// Name of the tensor.
         name: String,
-        /// What is wrong with it.
+        /// Message of what is wrong with the tensor.
         problem: String,
     },
 }

@@ -11,6 +11,7 @@ const LARGEST_LAMBDA: f64 = 1e6;
 
 /// Reasons why bytes are not a manifest.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ManifestError {
     /// The bytes are no JSON, or fields are missing or have the wrong type; the text names line and column.
     #[error("not a planish manifest: {0}")]

@@ -29,6 +29,7 @@ pub struct Remeshed {
 
 /// Reasons why a mesh cannot be measured anew.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum RemeshError {
     /// The mesh has no extent or no faces, or the steps are so large that no face is left.
     #[error("no face is left of the mesh at this step")]

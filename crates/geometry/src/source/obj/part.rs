@@ -1,8 +1,8 @@
 //! Reader of a part of an OBJ file, which knows nothing of the others, so that parts can be read at the same time.
 
 use super::Extras;
-use super::parse::{Highest, ObjErrorKind, fits, integer, not_a_number};
-use super::scan::{self, Statement, Statements, Tokens};
+use super::error::{ObjError, ObjErrorKind, fits, not_a_number};
+use super::scan::{self, Statement, Statements, Tokens, integer};
 use crate::mesh::jagged::Index;
 use crate::source::read_error::shown;
 use crate::source::{Corner, MeshData};
@@ -57,6 +57,33 @@ impl Oddity {
         let Self { count, line } = self;
         let things = if *count == 1 { one } else { many };
         (*count > 0).then(|| format!("{count} {things} {what}, the first in line {line}"))
+    }
+}
+
+/// Largest index of a vertex so far. It is checked when all lines are known, because faces may come before vertices.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Highest {
+    index: Index,
+    line: u32,
+}
+
+impl Highest {
+    pub(super) fn update(&mut self, index: Index, line: u32) {
+        if self.line == 0 || index > self.index {
+            *self = Self { index, line };
+        }
+    }
+    /// The index and its line; `None` if there is no index.
+    pub(super) fn found(&self) -> Option<(Index, u32)> {
+        (self.line != 0).then_some((self.index, self.line))
+    }
+    pub(super) fn check(&self, count: usize) -> Result<(), ObjError> {
+        if self.line != 0 && self.index as usize >= count {
+            let index = i64::from(self.index) + 1;
+            let kind = ObjErrorKind::OutOfRange { index, count };
+            return Err(ObjError { line: Some(self.line), kind });
+        }
+        Ok(())
     }
 }
 

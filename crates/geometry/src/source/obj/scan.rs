@@ -252,3 +252,23 @@ pub(super) fn name_range(bytes: &[u8], statement: &Statement) -> Range<usize> {
     let start = statement.end - rest.trim_ascii_start().len();
     start..start + rest.trim_ascii().len()
 }
+
+/// Parses a decimal integer of at most 18 digits.
+pub(super) fn integer(text: &[u8]) -> Option<i64> {
+    let (negative, digits) = match text {
+        [b'-', digits @ ..] => (true, digits),
+        [b'+', digits @ ..] => (false, digits),
+        digits => (false, digits),
+    };
+    if digits.is_empty() || digits.len() > 18 {
+        return None;
+    }
+    let mut value = 0;
+    for &digit in digits {
+        if !digit.is_ascii_digit() {
+            return None;
+        }
+        value = value * 10 + i64::from(digit - b'0');
+    }
+    Some(if negative { -value } else { value })
+}

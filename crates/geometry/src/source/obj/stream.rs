@@ -1,12 +1,13 @@
 //! OBJ files piece by piece.
 
-use super::parse::{Highest, ObjError, ObjErrorKind, fits, integer, not_a_number};
+use super::error::{ObjError, ObjErrorKind, fits, not_a_number};
+use super::part::Highest;
 use super::rewrite::replace_numbers;
-use super::scan::{Statement, Statements, Tokens};
+use super::scan::{Statement, Statements, Tokens, integer};
 use crate::mesh::jagged::Index;
 use crate::source::patch::Patch;
 use crate::source::read_error::shown;
-use crate::source::stream::{Change, Piece, Receiver};
+use crate::source::stream::piece::{Change, Piece, Receiver};
 use glam::DVec3;
 
 /// State of a file that is read or rewritten piece by piece.

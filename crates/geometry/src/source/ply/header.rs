@@ -4,7 +4,7 @@ use super::scalar::{Encoding, Scalar};
 use crate::source::format::Format;
 use crate::source::read_error::{Place, ReadError, ReadErrorKind, shown};
 
-/// What the header of a file says.
+/// Contents of the header of a PLY file.
 #[derive(Clone, Debug)]
 pub(super) struct Header {
     pub(super) encoding: Encoding,

@@ -6,7 +6,7 @@ use super::rewrite::replaced;
 use super::scalar::{Encoding, Scalar};
 use crate::mesh::jagged::Index;
 use crate::source::read_error::{Place, ReadError, ReadErrorKind};
-use crate::source::stream::{Change, Piece, Receiver};
+use crate::source::stream::piece::{Change, Piece, Receiver};
 use glam::DVec3;
 use std::ops::Range;
 

@@ -1,166 +1,16 @@
-//! Encoding of texels as image files, and decoding of such files.
+//! Decoding of image files as texels.
 
+use super::format::{FileFormat, TexelFormat};
 use crate::map::sampling::Size;
-use crate::named;
 use exr::prelude as openexr;
-use exr::prelude::{ReadChannels as _, ReadLayers as _, WritableImage as _};
-use half::f16;
-use image::{DynamicImage, ExtendedColorType, ImageDecoder as _};
-use serde::{Deserialize, Serialize};
+use exr::prelude::{ReadChannels as _, ReadLayers as _};
+use image::{DynamicImage, ImageDecoder as _};
 use std::io::Cursor;
 use tiff::decoder::DecodingResult;
-use tiff::encoder::{Compression, DeflateLevel, TiffEncoder, colortype};
-
-named! {
-    /// File format of a displacement map.
-    pub enum FileFormat {
-        /// 8 or 16 bits of unsigned integers, linear.
-        Png = "png",
-        /// 16 (half) or 32 bits of floating point, in the channel Y, or in R, G and B.
-        Exr = "exr",
-        /// 16 bits of unsigned integers or 32 of floating point, linear.
-        Tiff = "tiff",
-    }
-}
-
-impl std::fmt::Display for FileFormat {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Png => "PNG",
-            Self::Exr => "EXR",
-            Self::Tiff => "TIFF",
-        })
-    }
-}
-
-impl FileFormat {
-    /// Extension of file names, without a dot.
-    pub fn extension(self) -> &'static str {
-        match self {
-            Self::Png => "png",
-            Self::Exr => "exr",
-            Self::Tiff => "tif",
-        }
-    }
-    /// Media type (MIME type) of the format.
-    pub fn media_type(self) -> &'static str {
-        match self {
-            Self::Png => "image/png",
-            Self::Exr => "image/x-exr",
-            Self::Tiff => "image/tiff",
-        }
-    }
-}
-
-/// Format of a texel, and of the file that holds it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(into = "Parts", try_from = "Parts")]
-pub enum TexelFormat {
-    /// PNG with integers of 8 bits.
-    Png8,
-    /// PNG with integers of 16 bits.
-    #[default]
-    Png16,
-    /// TIFF with integers of 16 bits.
-    Tiff16,
-    /// TIFF with floating point of 32 bits (single precision).
-    Tiff32,
-    /// EXR with floating point of 16 bits (half precision).
-    Exr16,
-    /// EXR with floating point of 32 bits (single precision).
-    Exr32,
-}
-
-/// A texel format as the two fields that a manifest has for it.
-#[derive(Serialize, Deserialize)]
-struct Parts {
-    format: FileFormat,
-    bits: u32,
-}
-
-impl From<TexelFormat> for Parts {
-    fn from(texel: TexelFormat) -> Self {
-        Self { format: texel.file(), bits: texel.bits() }
-    }
-}
-
-impl TryFrom<Parts> for TexelFormat {
-    type Error = String;
-
-    fn try_from(Parts { format, bits }: Parts) -> Result<Self, String> {
-        Self::new(format, bits).ok_or_else(|| format!("field `bits`: there are no {bits}-bit texels in {format} files"))
-    }
-}
-
-/// Storage of numbers in 0..=1.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Stored {
-    /// Numbers are i / n for i in 0..=n.
-    Integers(u16),
-    /// Numbers have 11 significant bits.
-    Half,
-    /// Numbers have 24 significant bits.
-    Single,
-}
-
-impl TexelFormat {
-    /// All formats.
-    pub const ALL: [Self; 6] = [Self::Png8, Self::Png16, Self::Tiff16, Self::Tiff32, Self::Exr16, Self::Exr32];
-
-    /// Finds the format with this file format and number of bits a channel; `None` if there is none.
-    pub fn new(file: FileFormat, bits: u32) -> Option<Self> {
-        Self::ALL.into_iter().find(|format| (format.file(), format.bits()) == (file, bits))
-    }
-    /// Format of the file.
-    pub fn file(self) -> FileFormat {
-        match self {
-            Self::Png8 | Self::Png16 => FileFormat::Png,
-            Self::Tiff16 | Self::Tiff32 => FileFormat::Tiff,
-            Self::Exr16 | Self::Exr32 => FileFormat::Exr,
-        }
-    }
-    /// Number of bits of a channel: 8, 16 or 32.
-    pub fn bits(self) -> u32 {
-        match self {
-            Self::Png8 => 8,
-            Self::Png16 | Self::Tiff16 | Self::Exr16 => 16,
-            Self::Tiff32 | Self::Exr32 => 32,
-        }
-    }
-    /// Storage of a texel of this format.
-    pub(super) fn stored(self) -> Stored {
-        match self {
-            Self::Png8 => Stored::Integers(255),
-            Self::Png16 | Self::Tiff16 => Stored::Integers(65535),
-            Self::Exr16 => Stored::Half,
-            Self::Tiff32 | Self::Exr32 => Stored::Single,
-        }
-    }
-}
-
-impl std::fmt::Display for TexelFormat {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let kind = match self.stored() {
-            Stored::Integers(_) => "bits",
-            Stored::Half | Stored::Single => "bits (floating point)",
-        };
-        write!(f, "{} {kind}", self.bits())
-    }
-}
-
-/// Reason why an image cannot be encoded.
-#[derive(Debug, thiserror::Error)]
-#[error("the image cannot be encoded: {0}")]
-pub struct EncodeError(String);
-
-impl EncodeError {
-    fn because(reason: &impl ToString) -> Self {
-        Self(reason.to_string())
-    }
-}
 
 /// Reasons why bytes are not the map that the manifest describes.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum DecodeError {
     /// The bytes are another kind of file, or a damaged one.
     #[error("not a readable {format} image: {reason}")]
@@ -202,42 +52,6 @@ impl DecodeError {
 /// Planes of an image, one for grey or three for colours; texels row by row from the top.
 pub(super) type Planes = Vec<Vec<f32>>;
 
-/// Writes one plane or three, whose values the format can represent.
-pub(super) fn encode(planes: &[Vec<f32>], size: Size, format: TexelFormat) -> Result<Vec<u8>, EncodeError> {
-    match format {
-        TexelFormat::Png8 => {
-            let colour = if planes.len() == 1 { ExtendedColorType::L8 } else { ExtendedColorType::Rgb8 };
-            png(&interleaved(planes, |t| (t * 255.0).round() as u8), size, colour)
-        }
-        TexelFormat::Png16 => {
-            let colour = if planes.len() == 1 { ExtendedColorType::L16 } else { ExtendedColorType::Rgb16 };
-            let texels = interleaved(planes, |t| ((t * 65535.0).round() as u16).to_ne_bytes());
-            png(texels.as_flattened(), size, colour)
-        }
-        TexelFormat::Tiff16 => {
-            let texels = interleaved(planes, |t| (t * 65535.0).round() as u16);
-            if planes.len() == 1 {
-                tiff::<colortype::Gray16>(&texels, size)
-            } else {
-                tiff::<colortype::RGB16>(&texels, size)
-            }
-        }
-        TexelFormat::Tiff32 => {
-            let texels = interleaved(planes, |t| t);
-            if planes.len() == 1 {
-                tiff::<colortype::Gray32Float>(&texels, size)
-            } else {
-                tiff::<colortype::RGB32Float>(&texels, size)
-            }
-        }
-        TexelFormat::Exr16 => {
-            let half = |plane: &Vec<f32>| plane.iter().map(|t| f16::from_f32(*t)).collect();
-            exr(planes.iter().map(|plane| openexr::FlatSamples::F16(half(plane))), size)
-        }
-        TexelFormat::Exr32 => exr(planes.iter().map(|plane| openexr::FlatSamples::F32(plane.clone())), size),
-    }
-}
-
 /// Reads a number of planes and checks that the file has the expected size and texels. A few bytes may claim any size, so each
 /// decoder compares the size in the header before it allocates anything.
 pub(super) fn decode(bytes: &[u8], planes: usize, size: Size, format: TexelFormat) -> Result<Planes, DecodeError> {
@@ -264,11 +78,6 @@ struct Decoded {
     planes: Planes,
 }
 
-fn interleaved<T>(planes: &[Vec<f32>], convert: impl Fn(f32) -> T) -> Vec<T> {
-    let texels = planes.first().map_or(0, Vec::len);
-    (0..texels).flat_map(|i| planes.iter().map(move |plane| plane[i])).map(convert).collect()
-}
-
 /// Separates the first `planes` channels of an image with `channels` of them. If three planes are asked for, grey stands for
 /// all, because an editor may have merged three equal channels.
 fn deinterleaved<T: Copy>(samples: &[T], channels: usize, planes: usize, convert: impl Fn(T) -> f32) -> Planes {
@@ -276,54 +85,6 @@ fn deinterleaved<T: Copy>(samples: &[T], channels: usize, planes: usize, convert
     let colours = if channels < 3 { 1 } else { 3 };
     let plane = |k: usize| samples.iter().skip(k.min(colours - 1)).step_by(channels).map(|t| convert(*t)).collect();
     (0..planes).map(plane).collect()
-}
-
-/// Encodes a PNG without gamma and colour profile, with fast compression, because noise hardly compresses.
-pub(crate) fn png(bytes: &[u8], size: Size, colour: ExtendedColorType) -> Result<Vec<u8>, EncodeError> {
-    use image::ImageEncoder as _;
-    use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-    let mut out = Vec::new();
-    let encoder = PngEncoder::new_with_quality(&mut out, CompressionType::Fast, FilterType::Adaptive);
-    encoder.write_image(bytes, size.width, size.height, colour).map_err(|e| EncodeError::because(&e))?;
-    Ok(out)
-}
-
-fn exr(planes: impl Iterator<Item = openexr::FlatSamples>, size: Size) -> Result<Vec<u8>, EncodeError> {
-    exr_with(openexr::Compression::ZIP16, planes, size)
-}
-
-fn exr_with(
-    compression: openexr::Compression,
-    planes: impl Iterator<Item = openexr::FlatSamples>,
-    size: Size,
-) -> Result<Vec<u8>, EncodeError> {
-    let planes: Vec<_> = planes.collect();
-    let names: &[&str] = if planes.len() == 1 { &["Y"] } else { &["R", "G", "B"] };
-    let channels = names.iter().zip(planes).map(|(name, samples)| openexr::AnyChannel::new(*name, samples)).collect();
-    let layer = openexr::Layer::new(
-        (size.width as usize, size.height as usize),
-        openexr::LayerAttributes::default(),
-        openexr::Encoding {
-            compression,
-            blocks: openexr::Blocks::ScanLines,
-            line_order: openexr::LineOrder::Increasing,
-        },
-        openexr::AnyChannels::sort(channels),
-    );
-    let mut out = Cursor::new(Vec::new());
-    openexr::Image::from_layer(layer).write().to_buffered(&mut out).map_err(|e| EncodeError::because(&e))?;
-    Ok(out.into_inner())
-}
-
-fn tiff<C: colortype::ColorType>(texels: &[C::Inner], size: Size) -> Result<Vec<u8>, EncodeError>
-where
-    [C::Inner]: tiff::encoder::TiffValue,
-{
-    let mut out = Cursor::new(Vec::new());
-    let encoder = TiffEncoder::new(&mut out).map_err(|e| EncodeError::because(&e))?;
-    let mut encoder = encoder.with_compression(Compression::Deflate(DeflateLevel::Fast));
-    encoder.write_image::<C>(size.width, size.height, texels).map_err(|e| EncodeError::because(&e))?;
-    Ok(out.into_inner())
 }
 
 /// Bytes that a decoder may allocate besides the texels, for texts and colour profiles.
@@ -436,6 +197,7 @@ fn decode_tiff(bytes: &[u8], planes: usize, expected: (Size, TexelFormat)) -> Re
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::map::displacement::encode::exr_with;
 
     #[test]
     fn an_exr_whose_compression_loses_digits_is_refused() {

@@ -1,9 +1,49 @@
-//! Report of the automatic method.
+//! Report of what a method chose by itself, as plain data: the noise it found and the candidates it mixed.
 
-use super::candidates::Candidate;
-use crate::denoise::noise_level::{Kind, NoiseLevel};
+use super::noise_level::{Kind, NoiseLevel};
+use crate::named;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+
+named! {
+    /// A way to denoise that `auto` may try; all that it needs beside is the noise.
+    pub enum Candidate {
+        /// `map` with the prior for flat parts with sharp creases; also stands noise that is alike between neighbours.
+        Flat = "flat",
+        /// `map` with the prior for curved parts with sharp creases.
+        Sharp = "sharp",
+        /// `map` with the prior for parts whose creases need not be sharp.
+        Creases = "creases",
+        /// `map` with the prior for shapes with some creases.
+        Mixed = "mixed",
+        /// `map` with the prior for smooth shapes with detail.
+        Detail = "detail",
+        /// `map` with the prior for smooth shapes.
+        Smooth = "smooth",
+        /// `map` with the prior for flat parts, five times as strong: for noise that neighbours share.
+        FlatStrong = "flat-strong",
+        /// `map` with the prior for parts with creases, five times as strong.
+        CreasesStrong = "creases-strong",
+        /// `map` with the prior for smooth shapes, five times as strong.
+        SmoothStrong = "smooth-strong",
+        /// `bilateral-normals`: for noise that neighbours share, on machine parts.
+        Bilateral = "bilateral",
+        /// Linear smoothing, very little.
+        LinearFaint = "linear-faint",
+        /// Linear smoothing, little.
+        LinearLight = "linear-light",
+        /// Linear smoothing.
+        Linear = "linear",
+        /// Linear smoothing, much.
+        LinearStrong = "linear-strong",
+        /// Linear smoothing over wide neighbourhoods: for noise that neighbours share.
+        LinearWide = "linear-wide",
+        /// The learned filter. By default it has the last word on the mixture of the others; told by name, it is one of them.
+        Learned = "learned",
+        /// The mesh as it is.
+        Stay = "stay",
+    }
+}
 
 /// Report of the automatic method: the noise it measured and the candidates it chose.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -63,6 +103,12 @@ impl CandidateShare {
     }
 }
 
+impl fmt::Display for Candidate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
 impl fmt::Display for DenoiseChoice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.kind {
@@ -90,7 +136,7 @@ impl fmt::Display for DenoiseChoice {
             write!(f, ", not measured on {:.0} % of the surface", (100.0 * self.unmeasured).max(1.0))?;
         }
         if matches!(self.kind, Kind::Independent | Kind::Uneven) && self.tangential_sigma < self.sigma {
-            write!(f, ", at most {:.3} across the normals", self.tangential_sigma)?;
+            write!(f, ", at most {:.3} within the surface", self.tangential_sigma)?;
         }
         match self.no_data {
             0 => {}
@@ -171,7 +217,7 @@ mod tests {
         assert_eq!(said(0.4), "noise of 0.200 local edges on 40 % of the surface: 100 % smooth");
         assert!([1.0, 0.95].iter().all(|noisy| !said(*noisy).contains("on ")), "{}", said(0.95));
         let across = DenoiseChoice { tangential_sigma: 0.05, ..choice() }.to_string();
-        assert_eq!(across, "noise of 0.200 local edges, at most 0.050 across the normals: 100 % smooth");
+        assert_eq!(across, "noise of 0.200 local edges, at most 0.050 within the surface: 100 % smooth");
         let hit = DenoiseChoice { hit: 0.2, ..choice() }.to_string();
         assert_eq!(hit, "noise that hits 20 % of the vertices, and 0.200 local edges at the others: 100 % smooth");
     }
