@@ -28,7 +28,7 @@ UNSURE = (0.012, 0.035)  # levels for which either answer is right
 CLEAN_WEIGHT = 5.0  # a clean mesh is one of 17 versions of its shape
 CERTAIN = 6.0
 # Of a hundred clean shapes, so many may be called noisy.
-TOUCHED = 0.02
+TOUCHED = 0.03
 # Deviation from which a mesh counts as noisy in the calibration, local edges.
 PLAIN = 0.04
 TREES = dict(

@@ -172,7 +172,7 @@ mod tests {
     #[test]
     fn pleats_go_in_one_direction() {
         let pleats = figures(&with_heights(|p| if (p.x + p.y).rem_euclid(4.0) < 2.0 { 0.0 } else { 0.3 }));
-        assert!(pleats[0] > 0.2, "{pleats:?}");
+        assert!(pleats[0] > 0.1, "{pleats:?}");
     }
 
     #[test]
