@@ -1,6 +1,7 @@
-"""Writes clean training shapes with relief: scales, knurls, bricks, cells, weaves, ridges, pits, studs, rock, hair, hammered metal, wood.
+"""Writes clean training shapes with relief: scales, knurls, bricks, cells, weaves, ridges, pleats, pits, studs, rock, hair, hammered metal,
+wood.
 
-    python crates/geometry/training/reliefs.py FOLDER --count 144
+    python crates/geometry/training/reliefs.py FOLDER --count 208
 
 Fine relief is what noise is most easily taken for. A wave of it is 3 to 10 edges long, and it is on all of the shape or fades out. Meshes
 are grids, remeshed evenly, or decimated. The same seeds give the same files. Needs numpy, scipy and pymeshlab.
@@ -84,10 +85,15 @@ def weave(places, random):
     return np.where(a * b > 0, over * (0.6 + 0.4 * under), under * (0.6 + 0.4 * over))
 
 
-def ridges(places, random):
-    angle = random.uniform(0, np.pi)
+def ridges(places, random, angle=None):
+    angle = random.uniform(0, np.pi) if angle is None else angle
     t = places @ np.array([np.cos(angle), np.sin(angle)])
     return [np.abs(np.sin(np.pi * t)), fraction(t), 0.5 + 0.5 * np.sin(2 * np.pi * t), triangle_wave(t)][random.integers(4)]
+
+
+def pleats(places, random):
+    """Ridges along the rows, the columns or the diagonals of a grid."""
+    return ridges(places, random, np.pi / 4 * random.integers(4))
 
 
 def pits(places, random):
@@ -124,7 +130,7 @@ def wood(places, random):
     return fraction(0.7 * places[:, 0] + 0.6 * value_noise(0.25 * places, random))
 
 
-RELIEFS = [scales, knurl, bricks, cells, weave, ridges, pits, studs, rock, hair, hammered, wood]
+RELIEFS = [scales, knurl, bricks, cells, weave, ridges, pleats, pits, studs, rock, hair, hammered, wood]
 
 
 # Shapes: points and normals at parameters in 0..1.
@@ -182,7 +188,9 @@ def shape(number):
     u, v = u.ravel(), v.ravel()
     height = relief(np.stack([u * waves, v * np.round(waves * width / length)], 1), random)
     wave = length / waves
-    height = (height - np.median(height)) * wave * np.exp(random.uniform(np.log(0.04), np.log(0.4)))
+    # Cloth and sheet metal are folded deeper than other surfaces are carved.
+    deepest = 0.8 if relief is pleats else 0.4
+    height = (height - np.median(height)) * wave * np.exp(random.uniform(np.log(0.04), np.log(deepest)))
     if random.integers(3) == 0:
         height = height / (1 + np.exp(-8 * (np.sin(2 * np.pi * u) + 0.2)))
     points, normals = surface(u, v)
@@ -191,7 +199,8 @@ def shape(number):
     whole = area(points, faces)
     # An even triangle has the area √3/4 of its edge squared.
     count = int(np.clip(whole / (0.433 * edge**2), 3000, 24000))
-    meshing = ["iso", "dec", "grid"][random.integers(3)]
+    # The rows of any other mesh do not run along the pleats.
+    meshing = "grid" if relief is pleats else ["iso", "dec", "grid"][random.integers(3)]
     if meshing == "grid":
         step = max(1, round(np.sqrt(len(faces) / count)))
         columns_left, rows_left = columns // step, rows // step
@@ -213,7 +222,7 @@ def main():
     """Writes the shapes."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--count", type=int, default=144)
+    parser.add_argument("--count", type=int, default=208)
     parser.add_argument("--first", type=int, default=0, help="seed of the first shape")
     options = parser.parse_args()
     options.folder.mkdir(parents=True, exist_ok=True)

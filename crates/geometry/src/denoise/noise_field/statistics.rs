@@ -78,7 +78,7 @@ impl<'a> Statistics<'a> {
         progress.check()?;
         let bands = Bands::of(connectivity, input, &smoothed, &normals);
         progress.check()?;
-        let structure = Structure::of(surface, &bands, &smoothed[4], &normals);
+        let structure = Structure::of(surface, connectivity, &bands, &smoothed[4], &normals, &local_edge);
         let angles = edge_angles(surface, connectivity);
         Ok(Self { surface, connectivity, bands, structure, angles, local_edge })
     }
@@ -163,7 +163,8 @@ impl<'a> Statistics<'a> {
         out.push((regular.len() as f64).ln());
         let edges: Vec<f64> = regular.iter().map(|&v| local_edge[v] / edge).collect();
         out.push(variation(&edges));
-        out.extend(structure.of_region(surface, bands, &regular));
+        let fine = out[0];
+        out.extend(structure.of_region(surface, bands, &regular, fine));
         out.try_into().ok()
     }
 }

@@ -2,9 +2,13 @@
 //!
 //! Noise is alike in all directions, and how large it is at a vertex says nothing of the vertices beside. The relief of a surface has ridges
 //! and grooves, and flat ground between them. All figures are those of the mesh less those of white noise on it, because a mesh by its
-//! triangles alone has directions and clusters as well.
+//! triangles alone has directions and clusters as well. What a region shows along its smoothest lines, and where it is calmest, bounds
+//! the noise from above.
 
-use super::{Bands, quantile, sorted};
+use super::{Bands, log, quantile, sorted};
+use crate::denoise::connectivity::Connectivity;
+use crate::denoise::noise_field::NoiseField;
+use crate::denoise::noise_field::lines::AlongLines;
 use crate::mesh::jagged::Index;
 use crate::mesh::surface::Surface;
 use glam::{DVec2, DVec3};
@@ -13,11 +17,13 @@ use rayon::prelude::*;
 /// Bands that are looked at: the finest one, and one of about two edges.
 const LOOKED_AT: [usize; 2] = [0, 2];
 /// Number of figures of a band.
-const FIGURES: usize = 3;
-/// Number of all figures of a region.
-pub(super) const COUNT: usize = LOOKED_AT.len() * FIGURES;
+const FIGURES: usize = 4;
+/// Number of all figures of a region: those of the bands and three along lines.
+pub(super) const COUNT: usize = LOOKED_AT.len() * FIGURES + 3;
 /// Number of neighbours of a vertex that are looked at: a hub says no more than other vertices, and may have half the mesh around it.
 const MOST_NEIGHBOURS: usize = 24;
+/// Number of vertices with lines from which their median means something.
+const FEWEST: usize = 12;
 /// Number of samples of white noise that the bands have.
 const SAMPLES: usize = 3;
 
@@ -25,11 +31,22 @@ const SAMPLES: usize = 3;
 pub(super) struct Structure {
     /// Coherence of each band beyond that of white noise. #V each
     coherence: [Vec<f64>; LOOKED_AT.len()],
+    /// Mean squares of each band around each vertex, and those of the samples of white noise. #V each
+    around: [Vec<[f64; 1 + SAMPLES]>; LOOKED_AT.len()],
+    /// Roughness along lines, in local edges, and that of white noise with a deviation of one edge.
+    along_lines: AlongLines,
 }
 
 impl Structure {
-    /// Measures the bands of a mesh whose vertices, smoothed, are at `positions` and have these normals.
-    pub(super) fn of(surface: &Surface, bands: &Bands, positions: &[DVec3], normals: &[DVec3]) -> Self {
+    /// Measures a mesh whose vertices, smoothed, are at `positions` and have these normals and lengths of local edges.
+    pub(super) fn of(
+        surface: &Surface,
+        connectivity: &Connectivity,
+        bands: &Bands,
+        positions: &[DVec3],
+        normals: &[DVec3],
+        local_edge: &[f64],
+    ) -> Self {
         let near = |v: Index| surface.topology().rings().get(v).iter().take(MOST_NEIGHBOURS).copied();
         let coherence = |k: usize| -> Vec<f64> {
             let (of_mesh, white) = (&bands.normal[k], &bands.white[k]);
@@ -52,15 +69,40 @@ impl Structure {
             };
             (0..of_mesh.len()).into_par_iter().with_min_len(256).map(at).collect()
         };
-        Self { coherence: LOOKED_AT.map(coherence) }
+        let around = |k: usize| {
+            let squares = |v: usize| {
+                let [x, y, z] = bands.white[k][v].to_array();
+                [bands.normal[k][v] / local_edge[v].max(f64::MIN_POSITIVE), x, y, z].map(|x| x * x)
+            };
+            let mut now: Vec<[f64; 1 + SAMPLES]> = (0..normals.len()).map(squares).collect();
+            for _ in 0..2 {
+                let mean = |v: usize| {
+                    let mut sum = now[v];
+                    let mut count = 1.0;
+                    for w in near(v as Index) {
+                        sum.iter_mut().zip(now[w as usize]).for_each(|(sum, x)| *sum += x);
+                        count += 1.0;
+                    }
+                    sum.map(|sum| sum / count)
+                };
+                now = (0..now.len()).into_par_iter().with_min_len(256).map(mean).collect();
+            }
+            now
+        };
+        let unit = NoiseField { edge: local_edge.to_vec(), ..NoiseField::uniform(normals.len(), 1.0, 1.0, 0.0) };
+        let along_lines = AlongLines::of(surface, connectivity, &unit);
+        Self { coherence: LOOKED_AT.map(coherence), around: LOOKED_AT.map(around), along_lines }
     }
 
-    /// Figures of a region, of which these are the regular vertices: for each band the coherence, how alike it is at vertices that are two
-    /// edges apart, and how alike its absolute values are there.
-    pub(super) fn of_region(&self, surface: &Surface, bands: &Bands, regular: &[usize]) -> [f64; COUNT] {
+    /// Figures of a region, of which these are the regular vertices and `fine` the logarithm of what the finest band makes of its
+    /// deviation: for each band the coherence, how alike it is at vertices that are two edges apart, how alike its absolute values are
+    /// there, and how calm the calmest tenth is; then the correlation along the
+    /// smoothest lines, the logarithm of the deviation along them, and that less `fine`.
+    pub(super) fn of_region(&self, surface: &Surface, bands: &Bands, regular: &[usize], fine: f64) -> [f64; COUNT] {
         let pairs = pairs_two_apart(surface, regular);
         let mut out = [0.0; COUNT];
-        for ((k, coherence), out) in LOOKED_AT.into_iter().zip(&self.coherence).zip(out.chunks_exact_mut(FIGURES)) {
+        let of_bands = LOOKED_AT.into_iter().zip(&self.coherence).zip(&self.around);
+        for (((k, coherence), around), out) in of_bands.zip(out.chunks_exact_mut(FIGURES)) {
             let mean = regular.iter().map(|&v| coherence[v]).sum::<f64>() / regular.len() as f64;
             let own = alike(regular, &pairs, |v| bands.normal[k][v]);
             let white: [_; SAMPLES] = std::array::from_fn(|s| alike(regular, &pairs, |v| bands.white[k][v][s]));
@@ -68,7 +110,16 @@ impl Structure {
             for (figure, (out, own)) in out[1..].iter_mut().zip(own).enumerate() {
                 *out = own - white.iter().map(|of| of[figure]).sum::<f64>() / SAMPLES as f64;
             }
+            let [own, others @ ..]: [f64; 1 + SAMPLES] = std::array::from_fn(|sample| {
+                let squares = sorted(regular.iter().map(|&v| around[v][sample]));
+                0.5 * (log(quantile(&squares, 0.1)) - log(quantile(&squares, 0.5)))
+            });
+            out[3] = own - others.iter().sum::<f64>() / SAMPLES as f64;
         }
+        let along = self.along_lines.ratio(regular.iter().copied(), FEWEST).map_or(fine, log);
+        out[COUNT - 3] = self.along_lines.correlation(regular.iter().copied(), FEWEST).unwrap_or(0.0);
+        out[COUNT - 2] = along;
+        out[COUNT - 1] = along - fine;
         out
     }
 }
@@ -141,8 +192,8 @@ mod tests {
     use crate::mesh::shapes;
     use crate::progress::Silent;
 
-    /// Figures of the finest band, the mean over all regions: coherence, likeness two edges apart, and that of the absolute values.
-    fn figures(surface: &Surface) -> [f64; FIGURES] {
+    /// Figures of structure, the mean over all regions.
+    fn figures(surface: &Surface) -> [f64; COUNT] {
         let connectivity = crate::denoise::connectivity::Connectivity::of(surface);
         let statistics = Statistics::of(surface, &connectivity, &Silent).unwrap();
         let regions = statistics.of_regions(&verdict::partition(surface.topology(), 0));
@@ -165,7 +216,10 @@ mod tests {
     fn white_noise_has_no_structure_on_any_triangles() {
         for clean in [shapes::grid(60), shapes::sphere(4)] {
             let found = figures(&displaced(&clean, &white_noise(&clean, 0.1, 4)));
-            assert!(found.iter().all(|figure| figure.abs() < 0.05), "{found:?}");
+            assert!((found[COUNT - 2].exp() / 0.1 - 1.0).abs() < 0.2, "{found:?}");
+            assert!(found[..FIGURES].iter().chain(&found[COUNT - 1..]).all(|x| x.abs() < 0.05), "{found:?}");
+            // The sphere bends along all lines.
+            assert!(found[COUNT - 3] > -0.05 && found[COUNT - 3] < 0.3, "{found:?}");
         }
     }
 
@@ -176,11 +230,27 @@ mod tests {
     }
 
     #[test]
+    fn pleats_along_edges_show_the_noise_alone_there() {
+        let pleats = figures(&with_heights(|p| if (p.x - p.y).rem_euclid(4.0) < 2.0 { 0.0 } else { 0.3 }));
+        // The noise is a hundredth of an edge.
+        assert!(pleats[COUNT - 2] < 0.03f64.ln() && pleats[COUNT - 1] < 0.3f64.ln(), "{pleats:?}");
+    }
+
+    #[test]
+    fn a_smooth_surface_is_smooth_along_lines() {
+        let dome = figures(&with_heights(|p| -0.05 * (p - 30.0).length_squared()));
+        let waves = figures(&with_heights(|p| 5.0 * (0.2 * p.x).sin()));
+        assert!(dome[COUNT - 3] > 0.5, "{dome:?}");
+        // Between the waves there is nothing but the noise.
+        assert!(waves[COUNT - 3].abs() < 0.1, "{waves:?}");
+    }
+
+    #[test]
     fn studs_stand_in_clusters_on_flat_ground() {
         let studs = figures(&with_heights(|p| {
             let [x, y] = [p.x, p.y].map(|t| t.rem_euclid(12.0) - 6.0);
             0.5 * f64::from(u8::from(x * x + y * y < 9.0))
         }));
-        assert!(studs[2] > 0.1, "{studs:?}");
+        assert!(studs[2] > 0.1 && studs[3] < -0.5, "{studs:?}");
     }
 }
