@@ -22,10 +22,10 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 
 /// Number of noisy versions of each mesh.
-const DRAWS: u64 = 16;
+const DRAWS: u64 = 20;
 
 /// Kinds of noise; those that are hardest to tell are drawn more often.
-const KINDS: [SyntheticKind; 12] = [
+const KINDS: [SyntheticKind; 16] = [
     SyntheticKind::White,
     SyntheticKind::White,
     SyntheticKind::White,
@@ -38,6 +38,10 @@ const KINDS: [SyntheticKind; 12] = [
     SyntheticKind::Partial,
     SyntheticKind::Partial,
     SyntheticKind::Local,
+    SyntheticKind::RangeImage,
+    SyntheticKind::Fusion,
+    SyntheticKind::Fusion,
+    SyntheticKind::Voxels,
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -62,16 +66,28 @@ fn of_mesh(mesh: usize, path: &Path) -> Result<Vec<Vec<f32>>, Box<dyn Error>> {
     let model = Model::new(Obj::parse(std::fs::read(path)?)?, Welding::Exact);
     let clean = model.surface();
     let mut rows = Vec::new();
-    for draw in 0..=DRAWS {
-        let noisy = match draw {
-            0 => clean.clone(),
-            _ => noisy(clean, &drawn(mesh as u64 * 1000 + draw))?,
-        };
+    let mut add = |draw: u64, clean: &Surface, noisy: &Surface| -> Result<(), Box<dyn Error>> {
         let row = |sample: RegionSample| {
             let truth = [sample.sigma, sample.correlation, mesh as f64, draw as f64];
             sample.statistics.iter().chain(&truth).map(|x| *x as f32).collect()
         };
-        rows.extend(noise_samples(clean, &noisy, &Silent)?.into_iter().map(row));
+        rows.extend(noise_samples(clean, noisy, &Silent)?.into_iter().map(row));
+        Ok(())
+    };
+    add(0, clean, clean)?;
+    for draw in 1..=DRAWS {
+        match disturb(clean, &drawn(mesh as u64 * 1000 + draw)) {
+            Ok(Disturbed::Moved(offsets)) => {
+                add(draw, clean, &clean.at(clean.positions().iter().zip(offsets).map(|(p, d)| *p + d).collect()))?;
+            }
+            Ok(Disturbed::Remeshed(pair)) => {
+                add(draw, &pair.clean, &pair.noisy)?;
+                // The triangles of an instrument alone are no noise.
+                add(DRAWS + draw, &pair.clean, &pair.clean)?;
+            }
+            // An open mesh has no inside, and a coarse one shows a camera too little.
+            Err(_) => {}
+        }
     }
     Ok(rows)
 }
@@ -94,13 +110,6 @@ fn drawn(seed: u64) -> SyntheticNoise {
 
 fn between(random: &mut impl Rng, [low, high]: [f64; 2]) -> f64 {
     low + (high - low) * random.random::<f64>()
-}
-
-fn noisy(clean: &Surface, noise: &SyntheticNoise) -> Result<Surface, Box<dyn Error>> {
-    match disturb(clean, noise)? {
-        Disturbed::Moved(offsets) => Ok(clean.at(clean.positions().iter().zip(offsets).map(|(p, d)| *p + d).collect())),
-        Disturbed::Remeshed(_) => unreachable!("these kinds keep the connectivity"),
-    }
 }
 
 /// Rows as a file of NumPy, in single precision.

@@ -1,5 +1,6 @@
 //! Estimation of the noise of a mesh as a field: how much it is at each vertex, and what it is like.
 
+mod forest;
 mod levels;
 pub(super) mod lines;
 mod network;
@@ -8,8 +9,10 @@ mod regions;
 mod rounding;
 mod samples;
 mod statistics;
+mod verdict;
 
 pub use samples::{RegionSample, samples};
+pub(super) use verdict::Verdict;
 
 use super::connectivity::Connectivity;
 use super::noise_level::{self, gaussians, median};
@@ -45,21 +48,10 @@ pub(super) struct NoiseField {
     pub(super) is_measured: bool,
 }
 
-/// Who says whether a mesh has noise.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Verdict {
-    /// The mesh has noise all over, and each vertex its own.
-    White,
-    /// The mesh has noise all over, of whatever kind.
-    Noisy,
-    /// The statistics of the regions decide, region by region.
-    ByEvidence,
-}
-
 /// Number of lazy umbrella steps that smooth terraces away: six edges.
 const LAZY_STEPS_OVER_TERRACES: usize = 64;
 
-/// Deviation below which a region has no noise, local edges; it is what the networks were taught.
+/// Deviation below which a region has no noise, local edges; it is what networks and trees were taught.
 const NONE: f64 = 0.004;
 
 /// Least deviation by which data are weighed, local edges: that of positions which are as good as exact.
@@ -137,22 +129,10 @@ impl NoiseField {
         progress: &dyn Progress,
     ) -> Result<Self, Cancelled> {
         let statistics = Statistics::of(surface, connectivity, progress)?;
-        let partition = |start: Index| Regions::of(surface.topology(), start, RINGS, LEAST_REGION);
-        let regions = partition(0);
+        let regions = verdict::partition(surface.topology(), 0);
         let of_regions = statistics.of_regions(&regions);
         let readings = readings(&of_regions);
-        let noisy = match verdict {
-            Verdict::ByEvidence => {
-                let mut evidence = evidence_by_component(&regions, &readings);
-                for k in 1..PARTITIONS {
-                    let regions = partition((surface.positions().len() * k / PARTITIONS) as Index);
-                    let more = evidence_by_component(&regions, &self::readings(&statistics.of_regions(&regions)));
-                    evidence.iter_mut().zip(more).for_each(|(all, more)| all.extend(more));
-                }
-                noisy_regions(&regions, &of_regions, &readings, evidence)
-            }
-            Verdict::White | Verdict::Noisy => vec![true; readings.len()],
-        };
+        let noisy = verdict::noisy_regions(verdict, surface.topology(), &statistics, &regions, &of_regions);
         let edges: Vec<f64> =
             regions.vertices.iter().map(|members| log_mean(members, &statistics.local_edge)).collect();
         let tails = log_excess_of_tails(&of_regions, &regions);
@@ -316,77 +296,10 @@ const RINGS: u32 = 6;
 /// Least number of vertices of a region that has neighbours.
 const LEAST_REGION: usize = 40;
 
-/// Number of partitions into regions from which it is judged whether there is noise: a few regions may lie by chance where little
-/// can be told. Of 291 noisy meshes of the training set, one partition calls 30 clean, two 28 and four 27.
-const PARTITIONS: usize = 4;
-
 /// What the networks say of each region.
 fn readings(statistics: &[Option<[f64; statistics::COUNT]>]) -> Vec<Option<Reading>> {
     let network = Network::built_in();
     statistics.par_iter().map(|s| s.as_ref().map(|s| network.read(s))).collect()
-}
-
-/// Evidence for noise in the regions of each component.
-fn evidence_by_component(regions: &Regions, readings: &[Option<Reading>]) -> Vec<Vec<f64>> {
-    /// Evidence beyond which one region is as good as another.
-    const CERTAIN: f64 = 6.0;
-    let components = regions.component.iter().max().map_or(0, |c| *c as usize + 1);
-    let mut evidence = vec![Vec::new(); components];
-    for (reading, component) in readings.iter().zip(&regions.component) {
-        evidence[*component as usize].extend(reading.map(|r| r.evidence.clamp(-CERTAIN, CERTAIN)));
-    }
-    evidence
-}
-
-/// Whether each region has noise, by the evidence of all partitions for each component. A component is noisy as a whole where its
-/// regions say so on average, and in parts where a quarter of them is sure; regions of which nothing is known go with their component.
-fn noisy_regions(
-    regions: &Regions,
-    statistics: &[Option<[f64; statistics::COUNT]>],
-    readings: &[Option<Reading>],
-    evidence: Vec<Vec<f64>>,
-) -> Vec<bool> {
-    /// Number of regions as which the whole mesh counts beside those of a component: a few regions alone err together.
-    const WHOLE: f64 = 3.0;
-    if is_one_sided(statistics) {
-        return vec![false; readings.len()];
-    }
-    let network = Network::built_in();
-    let all: Vec<f64> = evidence.iter().flatten().copied().collect();
-    let whole = WHOLE * all.iter().sum::<f64>() / all.len().max(1) as f64;
-    let mean = |values: &[f64]| (values.iter().sum::<f64>() + whole) / (values.len() as f64 + WHOLE);
-    let least = |mut evidence: Vec<f64>| {
-        evidence.sort_unstable_by(|a, b| b.total_cmp(a));
-        let quarter = &evidence[..evidence.len().div_ceil(4)];
-        if evidence.is_empty() {
-            f64::INFINITY
-        } else if mean(&evidence) > network.component_threshold {
-            f64::NEG_INFINITY
-        } else if mean(quarter) > network.quarter_threshold {
-            network.component_threshold
-        } else {
-            f64::INFINITY
-        }
-    };
-    let least: Vec<f64> = evidence.into_iter().map(least).collect();
-    let is_noisy = |(reading, component): (&Option<Reading>, &Index)| {
-        let least = least[*component as usize];
-        reading.map_or(least == f64::NEG_INFINITY, |reading| reading.evidence > least)
-    };
-    readings.iter().zip(&regions.component).map(is_noisy).collect()
-}
-
-/// True for roughness that has bumps or pits all over, but not both alike, as no sensor errs: the pores of a sponge.
-fn is_one_sided(statistics: &[Option<[f64; statistics::COUNT]>]) -> bool {
-    /// Fraction of the regions that lean to the same side. Noisy machine parts have creases on one side in some of them.
-    const MOST: f64 = 0.75;
-    /// Difference of the two numbers in its standard deviations by chance.
-    const CERTAIN: f64 = 3.0;
-    let to_side =
-        |side: f64| statistics.iter().flatten().filter(|s| side * s[statistics::SKEWNESS] > 0.0).count() as f64;
-    let (outwards, inwards) = (to_side(1.0), to_side(-1.0));
-    let count = outwards + inwards;
-    outwards.max(inwards) >= MOST * count && (outwards - inwards).abs() > CERTAIN * count.sqrt()
 }
 
 /// Logarithm of the deviation over what the median of the finest band says where few vertices are hit, one for each component. The

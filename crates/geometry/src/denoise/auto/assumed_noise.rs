@@ -47,7 +47,7 @@ pub(super) fn assumed_noise(
         return Ok((kind, NoiseField::uniform(count, sigma, level.mean_edge, stiffness)));
     }
     let fine = level.level.fine * level.mean_edge;
-    // White noise is told from a surface most surely by the finest band of the whole mesh, all other noise by the networks.
+    // White noise is told from a surface most surely by the finest band of the whole mesh, all other noise by the trees.
     let is_white = matches!(white, Kind::Independent | Kind::Uneven);
     if white == Kind::Correlated && settings.kind.is_none() && is_range_image(surface) {
         if let Some(noise) = NoiseField::terraces(surface, connectivity, fine) {
@@ -56,7 +56,7 @@ pub(super) fn assumed_noise(
         let sigma = level.level.sigma_as(white);
         return Ok((white, NoiseField::uniform(count, sigma, level.mean_edge, 0.0)));
     }
-    // A few hundred vertices are too few regions for the networks, and their coarse band is the curvature of the shape.
+    // A few hundred vertices are too few regions for the trees, and their coarse band is the curvature of the shape.
     const FEW: usize = 400;
     let is_white = is_white || white == Kind::Correlated && settings.kind.is_none() && count < FEW;
     let verdict = if is_white && settings.kind.is_none_or(|kind| kind == white) {

@@ -9,7 +9,7 @@ use crate::denoise::connectivity::Connectivity;
 use crate::denoise::noise_level::median;
 use crate::mesh::jagged::{Index, Ragged};
 use crate::mesh::surface::Surface;
-use glam::DVec3;
+use glam::{DVec2, DVec3, DVec4};
 use rayon::prelude::*;
 
 /// Largest cosine between two edges of a vertex that go on in one line, in its tangent plane.
@@ -31,7 +31,16 @@ struct Side {
     opposite: Option<u32>,
     /// Projected length, model units.
     length: f64,
+    /// Unit vector to the neighbour in the tangent plane.
+    direction: DVec3,
 }
+
+/// What is off a line at a vertex, of the mesh and of a sample of noise.
+type Off = DVec2;
+
+/// Sums along lines: the squares of what is off them, of the mesh and of the sample (x, y), and the products of what is off at one vertex
+/// and at the next, of both (z, w).
+type Sums = DVec4;
 
 /// Lines of edges of a mesh.
 struct Lines<'a> {
@@ -49,13 +58,13 @@ impl<'a> Lines<'a> {
             let (p, n) = (positions[v as usize], normals[v as usize]);
             let ring = topology.rings().get(v);
             let flat = |w: &Index| (positions[*w as usize] - p).reject_from_normalized(n);
-            let directions: Vec<DVec3> = if n.is_normalized() { ring.iter().map(flat).collect() } else { Vec::new() };
+            let flat: Vec<DVec3> = if n.is_normalized() { ring.iter().map(flat).collect() } else { Vec::new() };
+            let directions: Vec<DVec3> = flat.iter().map(|d| d.normalize_or_zero()).collect();
             let side = |(k, d): (usize, &DVec3)| {
-                let cosine = |e: &DVec3| d.dot(*e) / (d.length() * e.length());
-                let others = (0u32..).zip(&directions).map(|(j, e)| (j, cosine(e))).filter(|(_, c)| c.is_finite());
+                let others = (0u32..).zip(&directions).map(|(j, e)| (j, d.dot(*e)));
                 let best = others.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, c)| *c < STRAIGHT);
                 let opposite = best.map(|(j, _)| j).filter(|_| !topology.is_boundary(v));
-                Side { neighbour: ring[k], opposite, length: d.length() }
+                Side { neighbour: ring[k], opposite, length: flat[k].length(), direction: *d }
             };
             directions.iter().enumerate().map(side).collect()
         };
@@ -63,54 +72,61 @@ impl<'a> Lines<'a> {
         Self { surface, normals, sides: all.into_iter().collect() }
     }
 
-    /// How far each vertex is off the line through its neighbours on either side of an edge, squared, where one of white noise with a
-    /// deviation of 1 is 1 in the mean. One list for each vertex, with an entry for each of its edges; NaN where no edge goes on.
-    /// `lift` gives how far a vertex is lifted, as a vector.
-    fn squares(&self, noise: &NoiseField, lift: impl Fn(Index) -> DVec3 + Sync) -> Ragged<f64> {
+    /// How far each vertex, and each length of the sample along the normals, is off the line through its neighbours on either side of an
+    /// edge, where white noise with the deviation of `noise` has a mean square of 1. One list for each vertex, with an entry for each of
+    /// its edges; NaN where no edge goes on.
+    fn off(&self, noise: &NoiseField, sample: &[f64]) -> Ragged<Off> {
+        let positions = self.surface.positions();
         self.by_edge(|v, k| {
             let sigma = noise.relative[v as usize] * noise.edge[v as usize];
             let sides = self.sides.get(v);
             let side = sides[k];
-            let Some(other) = side.opposite.map(|j| sides[j as usize]) else { return f64::NAN };
+            let Some(other) = side.opposite.map(|j| sides[j as usize]) else { return Off::NAN };
             let share = other.length / (side.length + other.length);
-            let here = lift(v) - share * lift(side.neighbour) - (1.0 - share) * lift(other.neighbour);
-            let square = here.dot(self.normals[v as usize]).powi(2);
-            square / (1.0 + share * share + (1.0 - share).powi(2)) / (sigma * sigma)
+            let [here, a, b] = [v, side.neighbour, other.neighbour].map(|v| v as usize);
+            let off = positions[here] - share * positions[a] - (1.0 - share) * positions[b];
+            let lift = |v: usize| sample[v] * self.normals[v];
+            let sampled = lift(here) - share * lift(a) - (1.0 - share) * lift(b);
+            let off = Off::new(off.dot(self.normals[here]), sampled.dot(self.normals[here]));
+            off / ((1.0 + share * share + (1.0 - share).powi(2)).sqrt() * sigma)
         })
     }
 
-    /// Mean of the squares along the line of each edge; NaN where it is too short. Entries as in `squares`.
-    fn along_lines(&self, squares: &Ragged<f64>) -> Ragged<f64> {
-        let of_line = |v: Index, k: usize| -> f64 {
-            let Some(opposite) = self.sides.get(v)[k].opposite else { return f64::NAN };
-            let (mut sum, mut count) = (squares.get(v)[k], 1usize);
+    /// Means of squares and products along the line of each edge; NaN where it is too short. Entries as in `off`.
+    fn along_lines(&self, off: &Ragged<Off>) -> Ragged<Sums> {
+        let of_line = |v: Index, k: usize| -> Sums {
+            let Some(opposite) = self.sides.get(v)[k].opposite else { return Sums::NAN };
+            let own = off.get(v)[k];
+            let (mut squares, mut products, mut count) = (own * own, Off::ZERO, 1usize);
             for start in [k, opposite as usize] {
-                let (mut at, mut to) = (v, start);
+                let (mut at, mut to, mut last) = (v, start, own);
                 for _ in 0..REACH {
                     let next = self.sides.get(at)[to].neighbour;
                     let Some(back) = self.sides.get(next).iter().position(|side| side.neighbour == at) else { break };
                     let Some(on) = self.sides.get(next)[back].opposite else { break };
-                    sum += squares.get(next)[back];
+                    let here = off.get(next)[back];
+                    squares += here * here;
+                    products += last * here;
                     count += 1;
-                    (at, to) = (next, on as usize);
+                    (at, to, last) = (next, on as usize, here);
                 }
             }
-            if count >= LEAST { sum / count as f64 } else { f64::NAN }
+            if count < LEAST {
+                return Sums::NAN;
+            }
+            let (squares, products) = (squares / count as f64, products / (count - 1) as f64);
+            Sums::new(squares.x, squares.y, products.x, products.y)
         };
         self.by_edge(of_line)
     }
 
-    /// Mean of the values of each edge and of those edges of the neighbours that are most parallel to it.
-    fn over_bundles(&self, values: &Ragged<f64>) -> Ragged<f64> {
-        let direction = |v: Index, k: usize| {
-            let towards = self.position(self.sides.get(v)[k].neighbour) - self.position(v);
-            towards.reject_from(self.normals[v as usize]).normalize_or_zero()
-        };
+    /// Means of the values of each edge and of those edges of the neighbours that are most parallel to it.
+    fn over_bundles(&self, values: &Ragged<Sums>) -> Ragged<Sums> {
         self.by_edge(|v, k| {
-            let own = direction(v, k);
+            let own = self.sides.get(v)[k].direction;
             let parallel = |side: &Side| {
                 let w = side.neighbour;
-                let cosines = (0..self.sides.get(w).len()).map(|j| (j, direction(w, j).dot(own).abs()));
+                let cosines = self.sides.get(w).iter().map(|of| of.direction.dot(own).abs()).enumerate();
                 cosines
                     .max_by(|a, b| a.1.total_cmp(&b.1))
                     .filter(|(_, c)| *c > -STRAIGHT)
@@ -118,38 +134,84 @@ impl<'a> Lines<'a> {
             };
             let near =
                 self.sides.get(v).iter().filter_map(parallel).chain([values.get(v)[k]]).filter(|x| x.is_finite());
-            let (sum, count) = near.fold((0.0, 0usize), |(sum, count), x| (sum + x, count + 1));
+            let (sum, count) = near.fold((Sums::ZERO, 0usize), |(sum, count), x| (sum + x, count + 1));
             sum / count as f64
         })
     }
 
     /// A value for each edge of each vertex.
-    fn by_edge(&self, of: impl Fn(Index, usize) -> f64 + Sync) -> Ragged<f64> {
-        let of_vertex = |v: Index| (0..self.sides.get(v).len()).map(|k| of(v, k)).collect::<Vec<f64>>();
-        let all: Vec<Vec<f64>> = (0..self.normals.len() as Index).into_par_iter().map(of_vertex).collect();
+    fn by_edge<T: Send>(&self, of: impl Fn(Index, usize) -> T + Sync) -> Ragged<T> {
+        let of_vertex = |v: Index| (0..self.sides.get(v).len()).map(|k| of(v, k)).collect::<Vec<T>>();
+        let all: Vec<Vec<T>> = (0..self.normals.len() as Index).into_par_iter().map(of_vertex).collect();
         all.into_iter().collect()
     }
+}
 
-    /// Median over the noisy vertices of the root of the mean square along those lines where it is least. `None` if hardly any
-    /// vertex has lines.
-    fn least(&self, noise: &NoiseField, squares: &Ragged<f64>) -> Option<f64> {
-        let mut values = self.along_lines(squares);
+/// What a vertex shows along the direction in which its place is smoothest.
+#[derive(Clone, Copy)]
+struct Along {
+    /// Root mean square of what is off the lines over the deviation of a noise.
+    off: f64,
+    /// Correlation of what is off at one vertex and at the next: −2/3 for white noise on even lines, and up to 1 for a smooth surface.
+    correlation: f64,
+}
+
+/// What the mesh, and a sample of a noise on it, show along the direction in which a place is smoothest.
+pub(super) struct AlongLines {
+    /// Those of the mesh and those of the sample; `None` for a vertex with hardly any lines. #V
+    of_vertex: Vec<Option<[Along; 2]>>,
+}
+
+impl AlongLines {
+    pub(super) fn of(surface: &Surface, connectivity: &Connectivity, noise: &NoiseField) -> Self {
+        let lines = Lines::of(surface, connectivity);
+        let off = lines.off(noise, &noise.sample(connectivity, 11));
+        let mut values = lines.along_lines(&off);
         for _ in 0..ROUNDS {
-            values = self.over_bundles(&values);
+            values = lines.over_bundles(&values);
         }
-        let noisy = (0..).zip(&noise.relative).filter(|(_, sigma)| **sigma > 0.0);
-        let of_vertex = |(v, _): (Index, &f64)| {
-            let lines = values.get(v).iter().filter(|x| x.is_finite());
-            let (least, count) = lines.fold((f64::INFINITY, 0), |(least, count), x| (x.min(least), count + 1));
-            (count > 2).then(|| least.sqrt())
+        let least = |v: Index| {
+            let (mut count, mut least) = (0, [(f64::INFINITY, 0.0); 2]);
+            for sums in values.get(v).iter().filter(|sums| sums.is_finite()) {
+                count += 1;
+                for (least, of) in least.iter_mut().zip([(sums.x, sums.z), (sums.y, sums.w)]) {
+                    if of.0 < least.0 {
+                        *least = of;
+                    }
+                }
+            }
+            let along = |(square, product): (f64, f64)| Along {
+                off: square.sqrt(),
+                correlation: if square > 0.0 { (product / square).clamp(-1.0, 1.0) } else { 0.0 },
+            };
+            (count > 2).then(|| least.map(along))
         };
-        let found: Vec<f64> = noisy.filter_map(of_vertex).collect();
-        (found.len() >= FEW).then(|| median(found))
+        Self { of_vertex: (0..lines.normals.len() as Index).into_par_iter().map(least).collect() }
     }
 
-    /// Positions as what is lifted.
-    fn position(&self, v: Index) -> DVec3 {
-        self.surface.positions()[v as usize]
+    /// Median of how far these vertices are off over that of the sample: 1 or more unless the noise is less than was said. `None` where
+    /// fewer than `few` of the vertices have lines.
+    pub(super) fn ratio(&self, vertices: impl Iterator<Item = usize>, few: usize) -> Option<f64> {
+        let [shown, expected] = self.medians(vertices, few, |along| along.off)?;
+        (expected > 0.0).then(|| shown / expected)
+    }
+
+    /// Median of the correlations at these vertices less that of the sample; `None` as for `ratio`.
+    pub(super) fn correlation(&self, vertices: impl Iterator<Item = usize>, few: usize) -> Option<f64> {
+        let [shown, expected] = self.medians(vertices, few, |along| along.correlation)?;
+        Some(shown - expected)
+    }
+
+    /// Medians over these vertices of the mesh and of the sample.
+    fn medians(
+        &self,
+        vertices: impl Iterator<Item = usize>,
+        few: usize,
+        of: impl Fn(Along) -> f64,
+    ) -> Option<[f64; 2]> {
+        let both = vertices.filter_map(|v| self.of_vertex[v]).map(|[shown, expected]| (of(shown), of(expected)));
+        let (shown, expected): (Vec<f64>, Vec<f64>) = both.unzip();
+        (shown.len() >= few).then(|| [median(shown), median(expected)])
     }
 }
 
@@ -157,12 +219,8 @@ impl<'a> Lines<'a> {
 /// smoothest, over that of a sample of the noise: 1 or more unless the noise is less than `noise` says. `None` if there is no noise, or
 /// there are too few lines.
 pub(in crate::denoise) fn roughness(surface: &Surface, connectivity: &Connectivity, noise: &NoiseField) -> Option<f64> {
-    let lines = Lines::of(surface, connectivity);
-    let shown = lines.least(noise, &lines.squares(noise, |v| lines.position(v)))?;
-    let sample = noise.sample(connectivity, 11);
-    let lift = |v: Index| sample[v as usize] * lines.normals[v as usize];
-    let expected = lines.least(noise, &lines.squares(noise, lift))?;
-    (expected > 0.0).then(|| shown / expected)
+    let noisy = (0..noise.relative.len()).filter(|&v| noise.relative[v] > 0.0);
+    AlongLines::of(surface, connectivity, noise).ratio(noisy, FEW)
 }
 
 #[cfg(test)]

@@ -14,18 +14,11 @@ pub(super) struct Reading {
     pub(super) log_excess: f64,
     /// Correlation of the noise of neighbours.
     pub(super) correlation: f64,
-    /// Log-odds that there is noise at all.
-    pub(super) evidence: f64,
 }
 
-/// Networks of two hidden layers, fitted from different starts, and their calibration.
+/// Networks of two hidden layers, fitted from different starts.
 #[derive(Deserialize)]
 pub(super) struct Network {
-    /// Mean evidence of the regions of a connected component from which it is noisy.
-    pub(super) component_threshold: f64,
-    /// Mean evidence of the quarter of the regions with the most of it, from which a component is noisy in parts. Of a hundred
-    /// clean shapes two are above one of the two thresholds.
-    pub(super) quarter_threshold: f64,
     mean: Vec<f64>,
     deviation: Vec<f64>,
     members: Vec<Vec<Layer>>,
@@ -51,7 +44,7 @@ impl Network {
         const FARTHEST: f64 = 4.0;
         let scaled = statistics.iter().zip(&self.mean).zip(&self.deviation);
         let scaled: Vec<f64> = scaled.map(|((x, mean), sd)| ((x - mean) / sd).clamp(-FARTHEST, FARTHEST)).collect();
-        let mut mean = [0.0; 3];
+        let mut mean = [0.0; 2];
         for layers in &self.members {
             let outputs = layers.iter().enumerate().fold(scaled.clone(), |values, (k, layer)| {
                 let outputs = layer.outputs(&values);
@@ -59,8 +52,8 @@ impl Network {
             });
             mean.iter_mut().zip(outputs).for_each(|(mean, output)| *mean += output / self.members.len() as f64);
         }
-        let [log_excess, correlation, evidence] = mean;
-        Reading { log_excess, correlation, evidence }
+        let [log_excess, correlation] = mean;
+        Reading { log_excess, correlation }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Samples to which the networks are fitted: statistics of regions, and the noise that they have in truth.
+//! Samples to which networks and trees are fitted: statistics of regions, and the noise that they have in truth.
 
 use super::regions::Regions;
 use super::statistics::Statistics;
@@ -11,7 +11,7 @@ use crate::progress::{Cancelled, Progress};
 /// Statistics of one region of a noisy mesh, and the truth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RegionSample {
-    /// Statistics of the region, in the order in which the networks read them.
+    /// Statistics of the region, in the order in which networks and trees read them.
     pub statistics: Vec<f64>,
     /// Standard deviation of the noise along the normals (root mean square), local edges.
     pub sigma: f64,

@@ -5,6 +5,8 @@
 //! Noise that is correlated fills the coarse ones more, a smooth surface the coarse ones only, and detail fills them
 //! unevenly.
 
+mod structure;
+
 use super::regions::Regions;
 use crate::denoise::connectivity::Connectivity;
 use crate::denoise::noise_level::gaussians;
@@ -13,6 +15,7 @@ use crate::mesh::surface::Surface;
 use crate::progress::{Cancelled, Progress};
 use glam::DVec3;
 use rayon::prelude::*;
+use structure::Structure;
 
 /// Numbers of lazy umbrella steps between which the bands lie.
 const STEPS: [usize; 7] = [0, 1, 2, 4, 8, 16, 32];
@@ -23,7 +26,9 @@ const SHAPED: usize = 4;
 /// Number of bands whose correlation between neighbours is a statistic.
 const CORRELATED: usize = 3;
 /// Number of statistics of a region by itself.
-pub(super) const OWN: usize = BANDS + 2 * SHAPED + CORRELATED + 9;
+pub(super) const OWN: usize = STRUCTURE + structure::COUNT;
+/// Index of the figures of structure.
+const STRUCTURE: usize = BANDS + 2 * SHAPED + CORRELATED + 9;
 /// Index of the logarithm of the ninth decile of the finest band over its median.
 pub(super) const TAIL: usize = BANDS;
 /// Logarithm of the ninth decile over the median of the absolute values of a Gaussian: ln(Φ⁻¹(0.95) / Φ⁻¹(0.75)).
@@ -33,7 +38,7 @@ pub(super) const ACROSS: usize = BANDS + 2 * SHAPED + CORRELATED;
 /// Index of the skewness of the finest band by quantiles, −1..=1.
 pub(super) const SKEWNESS: usize = ACROSS + 6;
 /// Number of statistics of the component that a region is a part of.
-const CONTEXT: usize = 7 + 4 + 3 + 5 + 1;
+const CONTEXT: usize = 7 + 4 + 3 + 5 + 1 + structure::COUNT;
 /// Number of all statistics of a region.
 pub(super) const COUNT: usize = OWN + CONTEXT;
 
@@ -42,6 +47,7 @@ pub(super) struct Statistics<'a> {
     surface: &'a Surface,
     connectivity: &'a Connectivity,
     bands: Bands,
+    structure: Structure,
     /// Angles between the faces of the edges, as [`edge_angles`] gives them.
     angles: Ragged<f64>,
     /// Length of the edges around each vertex, model units. #V
@@ -72,16 +78,94 @@ impl<'a> Statistics<'a> {
         progress.check()?;
         let bands = Bands::of(connectivity, input, &smoothed, &normals);
         progress.check()?;
+        let structure = Structure::of(surface, connectivity, &bands, &smoothed[4], &normals, &local_edge);
         let angles = edge_angles(surface, connectivity);
-        Ok(Self { surface, connectivity, bands, angles, local_edge })
+        Ok(Self { surface, connectivity, bands, structure, angles, local_edge })
     }
 
     /// Statistics of each region; `None` where the mesh has too few regular vertices to measure anything.
     pub(super) fn of_regions(&self, regions: &Regions) -> Vec<Option<[f64; COUNT]>> {
-        let Self { surface, connectivity, bands, angles, local_edge } = self;
-        let own = |region: usize| own(surface, connectivity, regions, region, bands, local_edge, angles);
+        let own = |region: usize| self.own(regions, region);
         let own: Vec<Option<[f64; OWN]>> = (0..regions.vertices.len()).into_par_iter().map(own).collect();
         with_context(&own, regions)
+    }
+
+    /// Statistics of a region by itself; `None` where too few of its vertices have a band.
+    fn own(&self, regions: &Regions, region: usize) -> Option<[f64; OWN]> {
+        /// Number of values from which quantiles mean something.
+        const LEAST: usize = 12;
+        let Self { surface, connectivity, bands, structure, angles, local_edge } = self;
+        let umbrella = &connectivity.umbrella;
+        let members = regions.vertices.get(region as Index);
+        let regular: Vec<usize> = members
+            .iter()
+            .map(|&v| v as usize)
+            .filter(|&v| !umbrella.irregular[v] && umbrella.row(v as Index).len() > 3 && local_edge[v] > 0.0)
+            .collect();
+        if regular.len() < LEAST {
+            return None;
+        }
+        let edge = (regular.iter().map(|&v| local_edge[v].ln()).sum::<f64>() / regular.len() as f64).exp();
+        let mut out = Vec::with_capacity(OWN);
+        let mut quantiles = Vec::new();
+        let response = |k: usize| {
+            let white: f64 = regular.iter().map(|&v| bands.white[k][v].length_squared()).sum();
+            (white / (3.0 * regular.len() as f64)).sqrt()
+        };
+        let unit: [f64; BANDS] = std::array::from_fn(response);
+        for (k, (unit, band)) in unit.iter().zip(&bands.normal).enumerate() {
+            let values = sorted(regular.iter().map(|&v| band[v].abs() / local_edge[v]));
+            let median = quantile(&values, 0.5);
+            out.push(log(median / (0.6745 * unit)));
+            if k < SHAPED {
+                quantiles.push(log(quantile(&values, 0.9) / median.max(1e-12)));
+                quantiles.push(log(quantile(&values, 0.25) / median.max(1e-12)));
+            }
+        }
+        out.extend(quantiles);
+        let neighbours = || {
+            let rings = surface.topology().rings();
+            regular.iter().flat_map(move |&v| rings.get(v as Index).iter().map(move |&w| (v, w as usize)))
+        };
+        for k in 0..CORRELATED {
+            let of_mesh = &bands.normal[k];
+            let typical = quantile(&sorted(regular.iter().map(|&v| of_mesh[v].abs())), 0.5).max(1e-300) / 0.6745;
+            let clipped = |v: usize| (of_mesh[v] / typical).clamp(-3.0, 3.0);
+            let (mut product, mut square, mut count) = (0.0, 0.0, 0.0);
+            let (mut of_white, mut of_white_square) = (0.0, 0.0);
+            for (v, w) in neighbours() {
+                product += clipped(v) * clipped(w);
+                square += clipped(v).powi(2);
+                of_white += bands.white[k][v].dot(bands.white[k][w]);
+                of_white_square += bands.white[k][v].length_squared();
+                count += 1.0;
+            }
+            let ratio = |a: f64, b: f64| if b > 0.0 { a / b } else { 0.0 };
+            out.push(if count > 0.0 { ratio(product, square) - ratio(of_white, of_white_square) } else { 0.0 });
+        }
+        let across = quantile(&sorted(regular.iter().map(|&v| bands.tangential[v] / local_edge[v])), 0.5);
+        out.push(log(across / (1.1774 * unit[0])) - out[0]);
+        let of_region = sorted(members.iter().flat_map(|&v| angles.get(v).iter().copied()));
+        out.push(log(quantile(&of_region, 0.5)));
+        out.push(log(quantile(&of_region, 0.9) / quantile(&of_region, 0.5).max(1e-6)));
+        let lengths: Vec<f64> = neighbours()
+            .map(|(v, w)| surface.positions()[v].distance(surface.positions()[w]) / edge)
+            .map(|l| if l.is_finite() { l.min(100.0) } else { 100.0 })
+            .collect();
+        out.push(log(variation(&lengths)));
+        let valences: Vec<f64> =
+            regular.iter().map(|&v| surface.topology().rings().get(v as Index).len() as f64).collect();
+        out.push(variation(&valences));
+        out.push(1.0 - regular.len() as f64 / members.len() as f64);
+        let finest = sorted(regular.iter().map(|&v| bands.normal[0][v]));
+        let [low, middle, high] = [0.2, 0.5, 0.8].map(|q| quantile(&finest, q));
+        out.push(if high > low { (high + low - 2.0 * middle) / (high - low) } else { 0.0 });
+        out.push((regular.len() as f64).ln());
+        let edges: Vec<f64> = regular.iter().map(|&v| local_edge[v] / edge).collect();
+        out.push(variation(&edges));
+        let fine = out[0];
+        out.extend(structure.of_region(surface, bands, &regular, fine));
+        out.try_into().ok()
     }
 }
 
@@ -184,88 +268,6 @@ fn log(x: f64) -> f64 {
     x.clamp(1e-7, 1e3).ln()
 }
 
-/// Statistics of a region by itself; `None` where too few of its vertices have a band.
-fn own(
-    surface: &Surface,
-    connectivity: &Connectivity,
-    regions: &Regions,
-    region: usize,
-    bands: &Bands,
-    local_edge: &[f64],
-    angles: &Ragged<f64>,
-) -> Option<[f64; OWN]> {
-    /// Number of values from which quantiles mean something.
-    const LEAST: usize = 12;
-    let umbrella = &connectivity.umbrella;
-    let members = regions.vertices.get(region as Index);
-    let regular: Vec<usize> = members
-        .iter()
-        .map(|&v| v as usize)
-        .filter(|&v| !umbrella.irregular[v] && umbrella.row(v as Index).len() > 3 && local_edge[v] > 0.0)
-        .collect();
-    if regular.len() < LEAST {
-        return None;
-    }
-    let edge = (regular.iter().map(|&v| local_edge[v].ln()).sum::<f64>() / regular.len() as f64).exp();
-    let mut out = Vec::with_capacity(OWN);
-    let mut quantiles = Vec::new();
-    let response = |k: usize| {
-        let white: f64 = regular.iter().map(|&v| bands.white[k][v].length_squared()).sum();
-        (white / (3.0 * regular.len() as f64)).sqrt()
-    };
-    let unit: [f64; BANDS] = std::array::from_fn(response);
-    for (k, (unit, band)) in unit.iter().zip(&bands.normal).enumerate() {
-        let values = sorted(regular.iter().map(|&v| band[v].abs() / local_edge[v]));
-        let median = quantile(&values, 0.5);
-        out.push(log(median / (0.6745 * unit)));
-        if k < SHAPED {
-            quantiles.push(log(quantile(&values, 0.9) / median.max(1e-12)));
-            quantiles.push(log(quantile(&values, 0.25) / median.max(1e-12)));
-        }
-    }
-    out.extend(quantiles);
-    let neighbours = || {
-        let rings = surface.topology().rings();
-        regular.iter().flat_map(move |&v| rings.get(v as Index).iter().map(move |&w| (v, w as usize)))
-    };
-    for k in 0..CORRELATED {
-        let of_mesh = &bands.normal[k];
-        let typical = quantile(&sorted(regular.iter().map(|&v| of_mesh[v].abs())), 0.5).max(1e-300) / 0.6745;
-        let clipped = |v: usize| (of_mesh[v] / typical).clamp(-3.0, 3.0);
-        let (mut product, mut square, mut count) = (0.0, 0.0, 0.0);
-        let (mut of_white, mut of_white_square) = (0.0, 0.0);
-        for (v, w) in neighbours() {
-            product += clipped(v) * clipped(w);
-            square += clipped(v).powi(2);
-            of_white += bands.white[k][v].dot(bands.white[k][w]);
-            of_white_square += bands.white[k][v].length_squared();
-            count += 1.0;
-        }
-        let ratio = |a: f64, b: f64| if b > 0.0 { a / b } else { 0.0 };
-        out.push(if count > 0.0 { ratio(product, square) - ratio(of_white, of_white_square) } else { 0.0 });
-    }
-    let across = quantile(&sorted(regular.iter().map(|&v| bands.tangential[v] / local_edge[v])), 0.5);
-    out.push(log(across / (1.1774 * unit[0])) - out[0]);
-    let of_region = sorted(members.iter().flat_map(|&v| angles.get(v).iter().copied()));
-    out.push(log(quantile(&of_region, 0.5)));
-    out.push(log(quantile(&of_region, 0.9) / quantile(&of_region, 0.5).max(1e-6)));
-    let lengths: Vec<f64> = neighbours()
-        .map(|(v, w)| surface.positions()[v].distance(surface.positions()[w]) / edge)
-        .map(|l| if l.is_finite() { l.min(100.0) } else { 100.0 })
-        .collect();
-    out.push(log(variation(&lengths)));
-    let valences: Vec<f64> = regular.iter().map(|&v| surface.topology().rings().get(v as Index).len() as f64).collect();
-    out.push(variation(&valences));
-    out.push(1.0 - regular.len() as f64 / members.len() as f64);
-    let finest = sorted(regular.iter().map(|&v| bands.normal[0][v]));
-    let [low, middle, high] = [0.2, 0.5, 0.8].map(|q| quantile(&finest, q));
-    out.push(if high > low { (high + low - 2.0 * middle) / (high - low) } else { 0.0 });
-    out.push((regular.len() as f64).ln());
-    let edges: Vec<f64> = regular.iter().map(|&v| local_edge[v] / edge).collect();
-    out.push(variation(&edges));
-    out.try_into().ok()
-}
-
 /// Standard deviation over the mean; 0 without any values.
 fn variation(values: &[f64]) -> f64 {
     let count = values.len() as f64;
@@ -299,6 +301,7 @@ fn with_context(own: &[Option<[f64; OWN]>], regions: &Regions) -> Vec<Option<[f6
         let first = first + CORRELATED;
         out.extend([first, first + 1, first + 2, first + 4, first + 6].map(mean));
         out.push((of(0).len() as f64).max(1.0).ln());
+        out.extend((STRUCTURE..OWN).map(mean));
         out.try_into().expect("the numbers of statistics agree")
     };
     let contexts: Vec<[f64; CONTEXT]> = (0..components).into_par_iter().map(context).collect();

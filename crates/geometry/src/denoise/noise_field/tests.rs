@@ -20,8 +20,7 @@ fn measured(surface: &Surface, verdict: Verdict) -> NoiseField {
 fn the_network_that_is_built_in_reads_statistics() {
     let network = Network::built_in();
     let reading = network.read(&[0.5; COUNT]);
-    assert!(reading.evidence.is_finite() && reading.correlation.is_finite() && reading.log_excess.is_finite());
-    assert!(network.component_threshold > 0.0 && network.quarter_threshold > network.component_threshold);
+    assert!(reading.correlation.is_finite() && reading.log_excess.is_finite());
 }
 
 #[test]
