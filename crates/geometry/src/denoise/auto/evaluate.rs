@@ -248,3 +248,6 @@ fn mixture_weights(
     weights.iter_mut().for_each(|(share, _)| *share /= total);
     weights
 }
+
+#[cfg(test)]
+mod tests;

@@ -266,3 +266,20 @@ fn a_solution_leaves_no_gradient_and_moves_no_fixed_vertex() {
         assert!(((start - end) / decrease - 1.0).abs() < 1e-4, "{start} {end} {decrease}");
     }
 }
+
+#[test]
+fn a_round_whose_numbers_are_infinite_leaves_nothing_to_the_next() {
+    for round in rounds() {
+        let solved = |equations: &mut NormalEquations, mut unknowns: Unknowns| {
+            equations.solve(&round.at(), &mut unknowns, 20, &Silent).unwrap();
+            unknowns
+        };
+        let mut equations = round.equations();
+        let mut infinite = round.unknowns.clone();
+        infinite.offsets.fill(Vec3A::INFINITY);
+        solved(&mut equations, infinite);
+        let [again, fresh] =
+            [&mut equations, &mut round.equations()].map(|equations| solved(equations, round.unknowns.clone()));
+        assert!(again.offsets == fresh.offsets && fresh.offsets != round.unknowns.offsets);
+    }
+}
