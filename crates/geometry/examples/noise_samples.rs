@@ -1,4 +1,4 @@
-//! Makes the samples to which the network of the noise estimate is fitted (see `training/README.md`).
+//! Makes the samples to which the networks and the trees of the noise estimate are fitted (see `training/README.md`).
 //!
 //! ```text
 //! cargo run --release -p planish-geometry --example noise_samples -- FOLDER samples.npy

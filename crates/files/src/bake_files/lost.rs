@@ -1,11 +1,11 @@
-//! What the binary glTF carrier does not have of a mesh.
+//! Contents of a mesh that its binary glTF carrier lacks, in words.
 
 use planish_geometry::bake::{Bundle, gltf};
 use planish_geometry::source::Source;
 use planish_geometry::source::format::Format;
 use std::collections::BTreeSet;
 
-/// Says what the binary glTF carrier does not have of a mesh that came as glTF, if its document could not be kept.
+/// Names the contents of a mesh that came as glTF which its binary glTF carrier lacks, if the document could not be kept.
 pub(super) fn document(source: &Source, bundle: &Bundle) -> Option<String> {
     let (name, file) = (bundle.manifest.carrier.glb.as_ref()?, source.file()?);
     if !matches!(file.format(), Format::Glb | Format::Gltf) || gltf::keeps_document(source) {

@@ -42,6 +42,20 @@ fn sheet() -> Arrays {
     }
 }
 
+/// Largest distance between source vertices that were displaced (#v×3) and where the displacements lead, model units.
+fn largest_error(model: &Model, displacements: &VertexDisplacements, displaced: &[DVec3]) -> f64 {
+    let error = |(p, v): (&DVec3, &Index)| {
+        let v = *v as usize;
+        let delta = match &displacements.heights {
+            Some((heights, _)) => heights[v] * displacements.normals[v].as_dvec3(),
+            None => displacements.deltas[v],
+        };
+        p.distance(model.surface().positions()[v] - delta)
+    };
+    // A number that is none counts as the largest.
+    displaced.iter().zip(model.weld().vertex_of()).map(error).max_by(f64::total_cmp).unwrap()
+}
+
 /// The mesh of the arrays as another program may write it.
 fn as_obj(arrays: &Arrays) -> Obj {
     let mut text = "# a sheet\no sheet\n".to_owned();

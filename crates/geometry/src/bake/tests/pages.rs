@@ -149,15 +149,8 @@ fn files_of_pages_are_understood_as_they_were_written() {
             let displacements =
                 laplacian().displacements(&model, manifest.displacement.map, Some(manifest.normals), &Silent);
             let displacements = displacements.unwrap();
-            for (p, v) in own.iter().zip(model.weld().vertex_of()) {
-                let v = *v as usize;
-                let delta = match &displacements.heights {
-                    Some((heights, _)) => heights[v] * displacements.normals[v].as_dvec3(),
-                    None => displacements.deltas[v],
-                };
-                let error = p.distance(model.surface().positions()[v] - delta);
-                assert!(error <= manifest.report.error_bound, "{name}: {error:e}");
-            }
+            let error = largest_error(&model, &displacements, &own);
+            assert!(error <= manifest.report.error_bound, "{name}: {error:e}");
         }
     }
 }

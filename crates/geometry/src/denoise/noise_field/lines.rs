@@ -35,7 +35,7 @@ struct Side {
     direction: DVec3,
 }
 
-/// What is off a line at a vertex, of the mesh and of a sample of noise.
+/// Distances of a vertex from a line of edges: that of the mesh, and that of a sample of noise.
 type Off = DVec2;
 
 /// Sums along lines: the squares of what is off them, of the mesh and of the sample (x, y), and the products of what is off at one vertex
@@ -147,7 +147,7 @@ impl<'a> Lines<'a> {
     }
 }
 
-/// What a vertex shows along the direction in which its place is smoothest.
+/// Roughness at a vertex along the direction in which its place is smoothest.
 #[derive(Clone, Copy)]
 struct Along {
     /// Root mean square of what is off the lines over the deviation of a noise.
@@ -156,7 +156,7 @@ struct Along {
     correlation: f64,
 }
 
-/// What the mesh, and a sample of a noise on it, show along the direction in which a place is smoothest.
+/// Roughness of a mesh, and of a sample of a noise on it, along the direction in which each place is smoothest.
 pub(super) struct AlongLines {
     /// Those of the mesh and those of the sample; `None` for a vertex with hardly any lines. #V
     of_vertex: Vec<Option<[Along; 2]>>,

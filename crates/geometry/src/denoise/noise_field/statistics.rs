@@ -21,6 +21,8 @@ use structure::Structure;
 const STEPS: [usize; 7] = [0, 1, 2, 4, 8, 16, 32];
 /// Number of bands: the finest one, U U x with the umbrella operator U, and those between the smoothings.
 const BANDS: usize = STEPS.len();
+/// Number of values from which quantiles mean something.
+const LEAST: usize = 12;
 /// Number of bands whose quantiles are statistics as well.
 const SHAPED: usize = 4;
 /// Number of bands whose correlation between neighbours is a statistic.
@@ -92,8 +94,6 @@ impl<'a> Statistics<'a> {
 
     /// Statistics of a region by itself; `None` where too few of its vertices have a band.
     fn own(&self, regions: &Regions, region: usize) -> Option<[f64; OWN]> {
-        /// Number of values from which quantiles mean something.
-        const LEAST: usize = 12;
         let Self { surface, connectivity, bands, structure, angles, local_edge } = self;
         let umbrella = &connectivity.umbrella;
         let members = regions.vertices.get(region as Index);

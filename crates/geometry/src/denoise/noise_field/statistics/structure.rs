@@ -5,7 +5,7 @@
 //! triangles alone has directions and clusters as well. What a region shows along its smoothest lines, and where it is calmest, bounds
 //! the noise from above.
 
-use super::{Bands, log, quantile, sorted};
+use super::{Bands, LEAST, log, quantile, sorted};
 use crate::denoise::connectivity::Connectivity;
 use crate::denoise::noise_field::NoiseField;
 use crate::denoise::noise_field::lines::AlongLines;
@@ -22,8 +22,6 @@ const FIGURES: usize = 4;
 pub(super) const COUNT: usize = LOOKED_AT.len() * FIGURES + 3;
 /// Number of neighbours of a vertex that are looked at: a hub says no more than other vertices, and may have half the mesh around it.
 const MOST_NEIGHBOURS: usize = 24;
-/// Number of vertices with lines from which their median means something.
-const FEWEST: usize = 12;
 /// Number of samples of white noise that the bands have.
 const SAMPLES: usize = 3;
 
@@ -96,8 +94,8 @@ impl Structure {
 
     /// Figures of a region, of which these are the regular vertices and `fine` the logarithm of what the finest band makes of its
     /// deviation: for each band the coherence, how alike it is at vertices that are two edges apart, how alike its absolute values are
-    /// there, and how calm the calmest tenth is; then the correlation along the
-    /// smoothest lines, the logarithm of the deviation along them, and that less `fine`.
+    /// there, and how calm the calmest tenth is; then the correlation along the smoothest lines, the logarithm of the deviation along
+    /// them, and that less `fine`.
     pub(super) fn of_region(&self, surface: &Surface, bands: &Bands, regular: &[usize], fine: f64) -> [f64; COUNT] {
         let pairs = pairs_two_apart(surface, regular);
         let mut out = [0.0; COUNT];
@@ -116,8 +114,8 @@ impl Structure {
             });
             out[3] = own - others.iter().sum::<f64>() / SAMPLES as f64;
         }
-        let along = self.along_lines.ratio(regular.iter().copied(), FEWEST).map_or(fine, log);
-        out[COUNT - 3] = self.along_lines.correlation(regular.iter().copied(), FEWEST).unwrap_or(0.0);
+        let along = self.along_lines.ratio(regular.iter().copied(), LEAST).map_or(fine, log);
+        out[COUNT - 3] = self.along_lines.correlation(regular.iter().copied(), LEAST).unwrap_or(0.0);
         out[COUNT - 2] = along;
         out[COUNT - 1] = along - fine;
         out
