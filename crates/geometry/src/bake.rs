@@ -52,7 +52,7 @@ pub use settings::{BakeSettings, Carriers, CurvatureMap, Lambda, LargestSide, Qu
 pub use target::{BakeTarget, VertexDisplacements};
 
 use crate::map::displace::{self, DisplacementDirections};
-use crate::map::displacement::MapKind;
+use crate::map::displacement::{EncodeError, MapKind};
 use crate::map::manifest::Manifest;
 use crate::map::map_size::MapSizeChoice;
 use crate::map::pages::{PageRule, Pages};
@@ -166,6 +166,7 @@ pub fn bake(
     if unwraps && !CAN_UNWRAP {
         return Err(BakeError::CannotUnwrap);
     }
+    EncodeError::unless_built(settings.texel.file())?;
     if settings.pages != PageRule::None && matches!(settings.layout, LayoutChoice::Vertex | LayoutChoice::Unwrap) {
         return Err(BakeError::PagesWithLayout(settings.layout));
     }

@@ -272,7 +272,10 @@ fn vertices_without_a_place_have_private_texels_and_all_are_exact() {
             (MapKind::Scalar, TexelFormat::Exr32, None),
             (MapKind::VectorObject, TexelFormat::Png16, None),
             (MapKind::VectorTangent, TexelFormat::Png16, Some(100)),
-        ] {
+        ]
+        .into_iter()
+        .filter(|(_, texel, _)| texel.file().is_built())
+        {
             let settings = BakeSettings { target: target.clone(), map, texel, side, ..small() };
             let bundle = bake_of(&model, &settings);
             let (manifest, report) = (&bundle.manifest, &bundle.manifest.report);

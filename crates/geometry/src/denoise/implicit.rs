@@ -8,7 +8,7 @@
 //! area around a vertex in units of its mean, which makes the step one of mean curvature flow. The unknown is x − p, so the
 //! origin does not matter.
 
-#[cfg_attr(target_family = "wasm", path = "implicit/no_cholesky.rs")]
+#[cfg_attr(any(target_family = "wasm", not(feature = "direct-solver")), path = "implicit/no_cholesky.rs")]
 mod cholesky;
 
 use super::EdgeWeights;

@@ -13,16 +13,14 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod decode;
-mod encode;
 mod format;
+mod image_file;
 
 pub use crate::map::sampling::Weights;
-pub use decode::DecodeError;
-pub use encode::EncodeError;
 pub use format::{FileFormat, TexelFormat};
+pub use image_file::{DecodeError, EncodeError};
 
-pub(crate) use encode::png;
+pub(crate) use image_file::png;
 
 use crate::map::per_vertex;
 use crate::map::sampling::{Footprint, HeightMap, Size};
@@ -191,12 +189,12 @@ impl Displacement {
 
     /// Writes the image file.
     pub fn to_bytes(&self) -> Result<Vec<u8>, EncodeError> {
-        encode::encode(&self.planes, self.size, self.encoding.texel)
+        image_file::encode(&self.planes, self.size, self.encoding.texel)
     }
 
     /// Reads an image file back; it must be what the manifest says.
     pub fn decode(bytes: &[u8], kind: MapKind, size: Size, encoding: Encoding) -> Result<Self, DecodeError> {
-        Ok(Self { size, kind, encoding, planes: decode::decode(bytes, kind.planes(), size, encoding.texel)? })
+        Ok(Self { size, kind, encoding, planes: image_file::decode(bytes, kind.planes(), size, encoding.texel)? })
     }
 
     /// Height at a sample position, model units.
@@ -235,6 +233,11 @@ mod tests {
 
     const SIZE: Size = Size { width: 5, height: 3 };
 
+    /// Formats that this build of the crate has.
+    fn built(formats: &[TexelFormat]) -> impl Iterator<Item = TexelFormat> {
+        formats.iter().copied().filter(|texel| texel.file().is_built())
+    }
+
     fn ramp(texel: TexelFormat) -> Displacement {
         let texels = (0..15u8).map(|i| -0.3 + 0.05 * f32::from(i)).collect();
         let encoding = Encoding::covering(-0.3, 0.4, texel);
@@ -255,7 +258,7 @@ mod tests {
 
     #[test]
     fn bytes_read_back_to_the_same_texels() {
-        for texel in TexelFormat::ALL {
+        for texel in built(&TexelFormat::ALL) {
             for (kind, map) in [(MapKind::Scalar, ramp(texel)), (MapKind::VectorObject, ramps(texel))] {
                 let read = Displacement::decode(&map.to_bytes().unwrap(), kind, map.size, map.encoding).unwrap();
                 assert_eq!(read, map, "{texel:?}");
@@ -265,7 +268,7 @@ mod tests {
 
     #[test]
     fn a_texel_is_off_by_half_a_quantum_at_most() {
-        for texel in TexelFormat::ALL {
+        for texel in built(&TexelFormat::ALL) {
             let map = ramp(texel);
             let encoding = map.encoding;
             for (i, texel) in (0u8..).zip(&map.planes[0]) {
@@ -316,7 +319,7 @@ mod tests {
 
     #[test]
     fn texels_that_are_not_finite_are_refused_and_their_place_is_named() {
-        for texel in [TexelFormat::Tiff32, TexelFormat::Exr16, TexelFormat::Exr32] {
+        for texel in built(&[TexelFormat::Tiff32, TexelFormat::Exr16, TexelFormat::Exr32]) {
             for broken in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
                 let mut map = ramp(texel);
                 map.planes[0][7] = broken;
@@ -328,7 +331,7 @@ mod tests {
 
     #[test]
     fn another_size_is_found_in_the_header_of_every_format() {
-        for texel in TexelFormat::ALL {
+        for texel in built(&TexelFormat::ALL) {
             let map = ramp(texel);
             let bytes = map.to_bytes().unwrap();
             // The texels are missing, so that only the header can be what is refused.
@@ -351,7 +354,7 @@ mod tests {
 
     #[test]
     fn broken_and_foreign_images_are_refused() {
-        for texel in TexelFormat::ALL {
+        for texel in built(&TexelFormat::ALL) {
             let map = ramp(texel);
             let bytes = map.to_bytes().unwrap();
             let cut = Displacement::decode(&bytes[..bytes.len() / 2], MapKind::Scalar, map.size, map.encoding);
@@ -361,5 +364,17 @@ mod tests {
         let bytes = map.to_bytes().unwrap();
         let other = Displacement::decode(&bytes, MapKind::Scalar, Size::square(5), map.encoding).unwrap_err();
         assert_eq!(other.to_string(), "holds 5 × 3 texels of 16 bits, but the manifest says 5 × 5 texels of 16 bits");
+    }
+
+    #[cfg(not(all(feature = "exr", feature = "tiff")))]
+    #[test]
+    fn a_format_that_was_left_out_is_named_with_its_feature() {
+        for texel in TexelFormat::ALL.into_iter().filter(|texel| !texel.file().is_built()) {
+            let (map, name) = (ramp(texel), texel.file().name());
+            let message = map.to_bytes().unwrap_err().to_string();
+            assert!(message.contains(&format!("feature `{name}` of planish-geometry")), "{message}");
+            let read = Displacement::decode(&[], MapKind::Scalar, map.size, map.encoding);
+            assert_eq!(read, Err(DecodeError::LeftOut { format: texel.file() }));
+        }
     }
 }

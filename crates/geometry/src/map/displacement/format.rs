@@ -34,6 +34,14 @@ impl FileFormat {
             Self::Tiff => "tif",
         }
     }
+    /// Tells whether this build of the crate reads and writes the format: EXR and TIFF are features.
+    pub fn is_built(self) -> bool {
+        match self {
+            Self::Png => true,
+            Self::Exr => cfg!(feature = "exr"),
+            Self::Tiff => cfg!(feature = "tiff"),
+        }
+    }
     /// Media type (MIME type) of the format.
     pub fn media_type(self) -> &'static str {
         match self {
