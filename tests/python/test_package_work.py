@@ -5,7 +5,6 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 from pathlib import Path
 
 import numpy as np
@@ -36,43 +35,53 @@ def test_ctrl_c_stops_the_work():
     vertices, faces = sphere(5)
     # A process that was started in the background ignores the signal.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    timer = threading.Timer(0.3, os.kill, [os.getpid(), signal.SIGINT])
-    timer.start()
+    begun = threading.Event()
+    thread = threading.Thread(target=lambda: begun.wait(60) and os.kill(os.getpid(), signal.SIGINT))
+    thread.start()
     with pytest.raises(KeyboardInterrupt):
-        for _ in range(100):
-            package.denoise(vertices, faces, "taubin", iterations=2000)
-    timer.join()
+        begun.set()
+        package.denoise(vertices, faces, "taubin", iterations=100_000)
+    thread.join()
     signal.signal(signal.SIGINT, before)
 
 
 def test_other_threads_run_meanwhile():
-    """A thread that holds the interpreter would let nobody count."""
+    """Each of two calls waits in its progress for the other one, so that neither ends unless they work at the same time."""
     vertices, faces = sphere(5)
-    counted, stop = [0], threading.Event()
-
-    def count():
-        while not stop.is_set():
-            counted[0] += 1
-            time.sleep(0.001)
-
-    thread = threading.Thread(target=count)
-    thread.start()
+    both = threading.Barrier(2, timeout=60)
     results = [None, None]
 
     def work(i):
-        results[i] = package.denoise(vertices, faces, "taubin", iterations=200).vertices
+        waited = []
+
+        def progress(stage, fraction):
+            if not waited:
+                waited.append(both.wait())
+
+        results[i] = package.denoise(vertices, faces, "taubin", iterations=200, progress=progress).vertices
 
     workers = [threading.Thread(target=work, args=[i]) for i in range(2)]
-    before = counted[0]
     for worker in workers:
         worker.start()
     for worker in workers:
         worker.join()
-    during = counted[0] - before
-    stop.set()
-    thread.join()
-    assert during > 5
     assert np.array_equal(*results)
+
+
+def test_the_interpreter_is_free_while_a_call_works():
+    """Another thread ends a call that would go on for hours, and could not if the call held the interpreter."""
+    vertices, faces = sphere(5)
+    begun, stop = threading.Event(), threading.Event()
+    thread = threading.Thread(target=lambda: begun.wait(60) and stop.set())
+    thread.start()
+
+    def progress(stage, fraction):
+        begun.set()
+        return not stop.is_set()
+
+    with pytest.raises(package.Interrupted):
+        package.denoise(vertices, faces, "taubin", iterations=100_000, progress=progress)
+    thread.join()
 
 
 def test_a_forked_process_can_work_as_well():
