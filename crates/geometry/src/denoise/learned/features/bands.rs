@@ -3,8 +3,8 @@
 use super::fields::{FaceFields, median};
 use super::search::Scratch;
 use super::{BANDS, SCALES, STRIDE};
-use crate::denoise::learned::around::weighted_sum;
-use crate::denoise::learned::simd::vectorised;
+use crate::denoise::learned::around::{totals, weighted_sum};
+use crate::denoise::learned::simd::{LANES, vectorised};
 use crate::mesh::jagged::Index;
 use glam::Vec3;
 use rayon::prelude::*;
@@ -54,16 +54,18 @@ impl FaceFields<'_> {
         self.gather_faces(face, scratch);
         self.weigh_faces(face, scratch);
         let Scratch { around, weights, range, .. } = &*scratch;
-        let mut scales = [self.rows[face].normal; BANDS + 1];
+        let mut sums = [[[0.0; LANES]; 4]; BANDS];
         for scale in 0..SCALES {
-            let sum = weighted_sum(around.blocks(), &weights[scale], &range[0], &around.normals).0;
-            scales[1 + scale] = sum.normalize_or_zero();
+            weighted_sum(around.blocks(), &weights[scale], &range[0], &around.normals, &mut sums[scale]);
         }
         for level in 0..2 {
             self.gather_clusters(face, level, Vec3::ZERO, scratch);
             let Scratch { around, weights, range, .. } = &*scratch;
-            let sum = weighted_sum(around.blocks(), &weights[0], &range[0], &around.normals).0;
-            scales[1 + SCALES + level] = sum.normalize_or_zero();
+            weighted_sum(around.blocks(), &weights[0], &range[0], &around.normals, &mut sums[SCALES + level]);
+        }
+        let mut scales = [self.rows[face].normal; BANDS + 1];
+        for (scale, (sum, _)) in scales[1..].iter_mut().zip(totals(&sums)) {
+            *scale = sum.normalize_or_zero();
         }
         let mut bands = [0.0; BANDS];
         for (k, band) in bands.iter_mut().enumerate() {

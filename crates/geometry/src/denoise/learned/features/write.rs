@@ -3,9 +3,12 @@
 use super::fields::FaceFields;
 use super::search::Scratch;
 use super::{FILTERS, SCALES, WIDE_FILTERS};
-use crate::denoise::learned::around::{weighted_product, weighted_sum, write_exp, write_fourth_power};
-use crate::denoise::learned::simd::vectorised;
+use crate::denoise::learned::around::{LaneSums, totals, weighted_product, weighted_sum, write_exp, write_fourth_power};
+use crate::denoise::learned::simd::{LANES, vectorised};
 use glam::{Mat3, Vec3};
+
+/// Room for the sums of a filter.
+const NO_SUM: LaneSums = [[0.0; LANES]; 4];
 
 impl FaceFields<'_> {
     /// Writes the features of a face, and returns its frame: unit vectors as columns, possibly left-handed.
@@ -34,12 +37,13 @@ impl FaceFields<'_> {
             }
         }
         // Closures that are handed to library functions would not be compiled for the widest vectors.
-        let mut sums = [[(Vec3::ZERO, 0.0); FILTERS]; SCALES];
+        let mut sums = [[NO_SUM; FILTERS]; SCALES];
         for s in 0..SCALES {
             for k in 0..FILTERS {
-                sums[s][k] = weighted_sum(blocks, &weights[s], &range[k], &around.normals);
+                weighted_sum(blocks, &weights[s], &range[k], &around.normals, &mut sums[s][k]);
             }
         }
+        let sums = sums.map(|filters| totals(&filters));
         let by_guidance = 8;
         let usable = |n: Vec3| (n.length_squared() > 0.5).then_some(n);
         let unit = |(sum, _): (Vec3, f32)| usable(sum.normalize_or_zero());
@@ -58,10 +62,11 @@ impl FaceFields<'_> {
             weighted_product(blocks, &weights[2], z, z),
         ];
         let tensor = Mat3::from_cols(Vec3::new(xx, xy, xz), Vec3::new(xy, yy, yz), Vec3::new(xz, yz, zz));
-        let offsets = [
-            weighted_sum(blocks, &weights[2], ones, &around.offsets).0,
-            weighted_sum(blocks, &weights[2], &range[by_guidance], &around.offsets).0,
-        ];
+        let mut offsets = [NO_SUM; 2];
+        for (filter, sum) in [ones, &range[by_guidance]].into_iter().zip(&mut offsets) {
+            weighted_sum(blocks, &weights[2], filter, &around.offsets, sum);
+        }
+        let offsets = totals(&offsets).map(|(sum, _)| sum);
         let moved = weighted_product(blocks, &weights[1], &around.moved, &around.moved);
         let rough = [
             weighted_product(blocks, &weights[1], ones, &around.roughness),
@@ -80,10 +85,14 @@ impl FaceFields<'_> {
                     write_fourth_power(blocks, to, from);
                 }
             }
-            for (k, sum) in sums.iter_mut().enumerate() {
-                *sum = weighted_sum(blocks, &weights[0], &range[k], &around.normals);
+            let mut lane_sums = [NO_SUM; WIDE_FILTERS + 1];
+            for k in 0..WIDE_FILTERS {
+                weighted_sum(blocks, &weights[0], &range[k], &around.normals, &mut lane_sums[k]);
             }
-            *offset = weighted_sum(blocks, &weights[0], &range[5], &around.offsets).0;
+            weighted_sum(blocks, &weights[0], &range[5], &around.offsets, &mut lane_sums[WIDE_FILTERS]);
+            let totals = totals(&lane_sums);
+            sums.copy_from_slice(&totals[..WIDE_FILTERS]);
+            *offset = totals[WIDE_FILTERS].0;
         }
         let frame = frame(first, tensor, sums[2][0].0, sums[0][0].0);
         let local = frame.transpose();
