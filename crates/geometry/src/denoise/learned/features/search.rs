@@ -43,22 +43,11 @@ impl FaceFields<'_> {
         let row = self.rows[face];
         let own = row.centroid;
         let reach = (REACH * WIDEST * self.scales[face]).powi(2);
-        queue.clear();
-        queue.push(face as Index);
-        reached[face] = *search;
-        let mut next = 0;
-        while next < queue.len() && queue.len() < MOST_FACES {
-            let lists = if next == 0 { &self.of.adjacency.by_vertex } else { &self.of.adjacency.by_edge };
-            for &g in lists.get(queue[next]) {
-                let is_new = std::mem::replace(&mut reached[g as usize], *search) != *search;
-                if is_new && self.rows[g as usize].centroid.distance_squared(own) < reach {
-                    queue.push(g);
-                }
-            }
-            next += 1;
-        }
-        queue.truncate(MOST_FACES);
-        for (k, &g) in queue.iter().enumerate() {
+        let adjacency = self.of.adjacency;
+        let near = |order: usize, f: Index| (if order == 0 { &adjacency.by_vertex } else { &adjacency.by_edge }).get(f);
+        let is_in_reach = |f: Index| self.rows[f as usize].centroid.distance_squared(own) < reach;
+        let found = breadth_first(face as Index, MOST_FACES, reached, *search, queue, near, is_in_reach);
+        for (k, &g) in found.iter().enumerate() {
             let other = &self.rows[g as usize];
             put(&mut around.normals, k, other.normal);
             put(&mut around.guidance, k, other.guidance);
@@ -72,7 +61,7 @@ impl FaceFields<'_> {
             around.moved[k] = other.moved;
             around.roughness[k] = other.roughness;
         }
-        around.close(queue.len());
+        around.close(found.len());
     }
 
     /// Weights of the faces around a face at each scale: area times a Gaussian of the distance.
@@ -104,22 +93,11 @@ impl FaceFields<'_> {
         let own = self.rows[face].centroid;
         let deviation = WIDE[index] * self.scales[face];
         let reach = (WIDE_REACH * deviation).powi(2);
-        queue.clear();
-        queue.push(start);
-        reached[start as usize] = *search;
-        let mut next = 0;
-        while next < queue.len() && queue.len() < MOST_CLUSTERS {
-            for &g in level.neighbours.get(queue[next]) {
-                let is_new = std::mem::replace(&mut reached[g as usize], *search) != *search;
-                if is_new && level.centroids[g as usize].distance_squared(own) < reach {
-                    queue.push(g);
-                }
-            }
-            next += 1;
-        }
-        queue.truncate(MOST_CLUSTERS);
+        let near = |_: usize, cluster: Index| level.neighbours.get(cluster);
+        let is_in_reach = |cluster: Index| level.centroids[cluster as usize].distance_squared(own) < reach;
+        let found = breadth_first(start, MOST_CLUSTERS, reached, *search, queue, near, is_in_reach);
         let guidance = self.rows[face].guidance;
-        for (k, &g) in queue.iter().enumerate() {
+        for (k, &g) in found.iter().enumerate() {
             let g = g as usize;
             put(&mut around.normals, k, level.normals[g]);
             let offset = level.centroids[g] - own;
@@ -129,9 +107,48 @@ impl FaceFields<'_> {
             around.differences[0][k] = level.guidance[g].distance_squared(guidance);
             around.differences[1][k] = level.guidance[g].distance_squared(filtered);
         }
-        around.close(queue.len());
+        around.close(found.len());
         let blocks = around.blocks();
         write_exp(blocks, &mut weights[0], &around.distances, 1.0 / (2.0 * deviation * deviation));
         scale_by(blocks, &mut weights[0], &around.areas);
     }
+}
+
+/// Searches from `start` over what is `near` the n-th that was found, and takes what is in reach until there are `most`, the nearest in
+/// steps first. `reached` holds the number of the last search that came by. Returns what was found, in `room`.
+///
+/// Whether a neighbour is new is as good as random, so nothing branches on it.
+#[inline(always)]
+fn breadth_first<'a>(
+    start: Index,
+    most: usize,
+    reached: &mut [u32],
+    search: u32,
+    room: &'a mut Vec<Index>,
+    near: impl Fn(usize, Index) -> &'a [Index],
+    is_in_reach: impl Fn(Index) -> bool,
+) -> &'a [Index] {
+    reached[start as usize] = search;
+    room.resize(room.len().max(2 * most), 0);
+    room[0] = start;
+    let (mut count, mut next) = (1, 0);
+    while next < count && count < most {
+        let candidates = near(next, room[next]);
+        if room.len() < count + candidates.len() {
+            room.resize(count + candidates.len(), 0);
+        }
+        let free = &mut room[count..count + candidates.len()];
+        let mut taken = 0;
+        for &g in candidates {
+            let is_new = std::mem::replace(&mut reached[g as usize], search) != search;
+            free[taken] = g;
+            taken += usize::from(is_new & is_in_reach(g));
+        }
+        count += taken;
+        next += 1;
+    }
+    let found = &room[..count.min(most)];
+    // What the compiler then knows of every index of a list.
+    assert!(found.len() <= CAPACITY, "a list has room for all");
+    found
 }
