@@ -82,6 +82,9 @@ fn lanes(list: &List, block: usize) -> &[f32; LANES] {
 /// Sums lane by lane, which [`totals`] adds up: Σ wₖ rₖ xₖ for the three coordinates of vectors x, and Σ wₖ rₖ.
 pub(super) type LaneSums = [[f32; LANES]; 4];
 
+/// Room for the sums of a filter.
+pub(super) const NO_SUMS: LaneSums = [[0.0; LANES]; 4];
+
 /// Writes Σ wₖ rₖ xₖ for vectors x, and Σ wₖ rₖ.
 #[inline(always)]
 pub(super) fn weighted_sum(blocks: usize, weights: &List, range: &List, x: &[List; 3], out: &mut LaneSums) {

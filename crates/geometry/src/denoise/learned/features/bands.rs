@@ -3,8 +3,8 @@
 use super::fields::{FaceFields, median};
 use super::search::Scratch;
 use super::{BANDS, SCALES, STRIDE};
-use crate::denoise::learned::around::{totals, weighted_sum};
-use crate::denoise::learned::simd::{LANES, vectorised};
+use crate::denoise::learned::around::{NO_SUMS, totals, weighted_sum};
+use crate::denoise::learned::simd::vectorised;
 use crate::mesh::jagged::Index;
 use glam::Vec3;
 use rayon::prelude::*;
@@ -54,7 +54,7 @@ impl FaceFields<'_> {
         self.gather_faces(face, scratch);
         self.weigh_faces(face, scratch);
         let Scratch { around, weights, range, .. } = &*scratch;
-        let mut sums = [[[0.0; LANES]; 4]; BANDS];
+        let mut sums = [NO_SUMS; BANDS];
         for scale in 0..SCALES {
             weighted_sum(around.blocks(), &weights[scale], &range[0], &around.normals, &mut sums[scale]);
         }

@@ -3,12 +3,9 @@
 use super::fields::FaceFields;
 use super::search::Scratch;
 use super::{FILTERS, SCALES, WIDE_FILTERS};
-use crate::denoise::learned::around::{LaneSums, totals, weighted_product, weighted_sum, write_exp, write_fourth_power};
-use crate::denoise::learned::simd::{LANES, vectorised};
+use crate::denoise::learned::around::{NO_SUMS, totals, weighted_product, weighted_sum, write_exp, write_fourth_power};
+use crate::denoise::learned::simd::vectorised;
 use glam::{Mat3, Vec3};
-
-/// Room for the sums of a filter.
-const NO_SUM: LaneSums = [[0.0; LANES]; 4];
 
 impl FaceFields<'_> {
     /// Writes the features of a face, and returns its frame: unit vectors as columns, possibly left-handed.
@@ -37,7 +34,7 @@ impl FaceFields<'_> {
             }
         }
         // Closures that are handed to library functions would not be compiled for the widest vectors.
-        let mut sums = [[NO_SUM; FILTERS]; SCALES];
+        let mut sums = [[NO_SUMS; FILTERS]; SCALES];
         for s in 0..SCALES {
             for k in 0..FILTERS {
                 weighted_sum(blocks, &weights[s], &range[k], &around.normals, &mut sums[s][k]);
@@ -62,7 +59,7 @@ impl FaceFields<'_> {
             weighted_product(blocks, &weights[2], z, z),
         ];
         let tensor = Mat3::from_cols(Vec3::new(xx, xy, xz), Vec3::new(xy, yy, yz), Vec3::new(xz, yz, zz));
-        let mut offsets = [NO_SUM; 2];
+        let mut offsets = [NO_SUMS; 2];
         for (filter, sum) in [ones, &range[by_guidance]].into_iter().zip(&mut offsets) {
             weighted_sum(blocks, &weights[2], filter, &around.offsets, sum);
         }
@@ -85,7 +82,7 @@ impl FaceFields<'_> {
                     write_fourth_power(blocks, to, from);
                 }
             }
-            let mut lane_sums = [NO_SUM; WIDE_FILTERS + 1];
+            let mut lane_sums = [NO_SUMS; WIDE_FILTERS + 1];
             for k in 0..WIDE_FILTERS {
                 weighted_sum(blocks, &weights[0], &range[k], &around.normals, &mut lane_sums[k]);
             }
