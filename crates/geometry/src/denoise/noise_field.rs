@@ -140,7 +140,7 @@ impl NoiseField {
         let (sum, count) = of_noisy.fold((0.0, 0.0), |(sum, count), r| (sum + r.correlation, count + 1.0));
         let correlation = if count > 0.0 { sum / count } else { 0.0 };
         // The finest band may show little white noise beside much that neighbours share.
-        let is_white = verdict == Verdict::White && correlation < SHARED[1];
+        let is_white = matches!(verdict, Verdict::White | Verdict::SurelyWhite) && correlation < SHARED[1];
         // What the finest band says is exact for white noise, and too little for noise that neighbours share.
         let shared = |correlation: f64| match is_white {
             true => 0.0,

@@ -47,9 +47,9 @@ pub(super) fn assumed_noise(
         return Ok((kind, NoiseField::uniform(count, sigma, level.mean_edge, stiffness)));
     }
     let fine = level.level.fine * level.mean_edge;
-    // White noise is told from a surface most surely by the finest band of the whole mesh, all other noise by the trees.
     let is_white = matches!(white, Kind::Independent | Kind::Uneven);
-    if white == Kind::Correlated && settings.kind.is_none() && is_range_image(surface) {
+    let is_depth = is_range_image(surface);
+    if white == Kind::Correlated && settings.kind.is_none() && is_depth {
         if let Some(noise) = NoiseField::terraces(surface, connectivity, fine) {
             return Ok((white, noise));
         }
@@ -58,16 +58,21 @@ pub(super) fn assumed_noise(
     }
     // A few hundred vertices are too few regions for the trees, and their coarse band is the curvature of the shape.
     const FEW: usize = 400;
-    let is_white = is_white || white == Kind::Correlated && settings.kind.is_none() && count < FEW;
-    let verdict = if is_white && settings.kind.is_none_or(|kind| kind == white) {
-        Verdict::White
-    } else if settings.kind.is_some() || NoiseField::is_rounding(surface, connectivity, fine) {
-        Verdict::Noisy
-    } else {
-        Verdict::ByEvidence
+    let is_rounding = || NoiseField::is_rounding(surface, connectivity, fine);
+    // White noise is told from a surface most surely by the finest band of the whole mesh, unless the trees say that it is none: rounding
+    // leaves no doubt, and the trees have seen few depth images. All other noise is told by the trees.
+    let verdict = match settings.kind {
+        Some(kind) if kind == white && is_white => Verdict::SurelyWhite,
+        Some(_) => Verdict::Noisy,
+        None if is_white && (is_depth || is_rounding()) => Verdict::SurelyWhite,
+        None if is_white => Verdict::White,
+        None if white == Kind::Correlated && count < FEW => Verdict::SurelyWhite,
+        None if is_rounding() => Verdict::Noisy,
+        None => Verdict::ByEvidence,
     };
     let mut noise = NoiseField::measured(surface, connectivity, verdict, progress)?;
-    if white == Kind::Uneven && verdict == Verdict::White && is_range_image(surface) {
+    let is_white = matches!(verdict, Verdict::White | Verdict::SurelyWhite);
+    if white == Kind::Uneven && is_white && is_depth {
         // The medians of the regions are too low where the noise of a depth camera is uneven, as one real frame showed; the tail of
         // the whole mesh is not.
         let typical = noise.typical() * noise.mean_edge();
@@ -77,7 +82,7 @@ pub(super) fn assumed_noise(
     } else {
         noise = bounded_by_lines(surface, connectivity, noise);
     }
-    if noise.unmeasured == 1.0 && verdict == Verdict::White {
+    if noise.unmeasured == 1.0 && is_white {
         // A mesh of a few dozen vertices has no regions, but a finest band.
         let stiffness = level.level.tangential_stiffness(white);
         noise = NoiseField::uniform(count, level.level.sigma_as(white), level.mean_edge, stiffness);

@@ -11,8 +11,10 @@ use rayon::prelude::*;
 /// Who says whether a mesh has noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::denoise) enum Verdict {
-    /// The mesh has noise all over, and each vertex its own.
+    /// The finest band of the mesh says that it has noise all over, and each vertex its own; the evidence may contradict.
     White,
+    /// The mesh has noise all over, and each vertex its own.
+    SurelyWhite,
     /// The mesh has noise all over, of whatever kind.
     Noisy,
     /// The evidence decides, region by region.
@@ -40,10 +42,13 @@ pub(super) fn noisy_regions(
     regions: &Regions,
     of_regions: &[OfRegion],
 ) -> Vec<bool> {
-    if verdict != Verdict::ByEvidence {
+    if !matches!(verdict, Verdict::White | Verdict::ByEvidence) {
         return vec![true; of_regions.len()];
     }
     let own = evidence(of_regions);
+    if verdict == Verdict::White {
+        return vec![!contradicts(&own); of_regions.len()];
+    }
     let mut of_components = by_component(regions, &own);
     for k in 1..PARTITIONS {
         let regions = partition(topology, (topology.vertex_count() * k / PARTITIONS) as Index);
@@ -60,6 +65,16 @@ fn evidence(of_regions: &[OfRegion]) -> Vec<Option<f64>> {
     let forest = Forest::built_in();
     let of = |statistics: &OfRegion| statistics.as_ref().map(|s| forest.evidence(s).clamp(-CERTAIN, CERTAIN));
     of_regions.par_iter().map(of).collect()
+}
+
+/// Whether the regions say all in all that what looks like white noise is the surface, as bricks and knurls are that have the spacing of
+/// the vertices.
+///
+/// Evidence is a logarithm of odds, so 0 is where neither is likelier. Of 1,149 versions of the training set with such noise, by trees
+/// that were fitted without their shapes, 6 are below, all of them reliefs.
+fn contradicts(evidence: &[Option<f64>]) -> bool {
+    let (sum, count) = evidence.iter().flatten().fold((0.0, 0.0), |(sum, count), e| (sum + e, count + 1.0));
+    count > 0.0 && sum / count < 0.0
 }
 
 /// Evidence for noise in the regions of each component.
@@ -123,4 +138,22 @@ fn is_one_sided(of_regions: &[OfRegion]) -> bool {
     let (outwards, inwards) = (to_side(1.0), to_side(-1.0));
     let count = outwards + inwards;
     outwards.max(inwards) >= MOST * count && (outwards - inwards).abs() > CERTAIN * count.sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn evidence_against_noise_contradicts_and_a_lack_of_it_does_not() {
+        let cases: [(&[Option<f64>], bool); 4] = [
+            (&[Some(-1.5), None, Some(1.0)], true),
+            (&[Some(2.0), None, Some(-1.0)], false),
+            (&[None, None], false),
+            (&[], false),
+        ];
+        for (evidence, expected) in cases {
+            assert_eq!(contradicts(evidence), expected, "{evidence:?}");
+        }
+    }
 }
