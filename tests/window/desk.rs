@@ -77,6 +77,8 @@ impl Desk {
             .env("DISPLAY", &self.display)
             .env("XDG_RUNTIME_DIR", self.folder())
             .env("XDG_CONFIG_HOME", self.path("config"))
+            // Dialogs of the desktop would open there instead of here.
+            .env_remove("DBUS_SESSION_BUS_ADDRESS")
             .env_remove("WAYLAND_DISPLAY")
             .env_remove("WAYLAND_SOCKET")
             .spawn()

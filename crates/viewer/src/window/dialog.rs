@@ -1,5 +1,8 @@
-//! Choosing a file or a folder: a path to type or paste, and what is in its folder to click. Drawn by the window itself, so
-//! that it is the same with every desktop and needs no other program.
+//! Choosing a file or a folder: the dialog of the desktop where there is one (feature `desktop-dialogs`), otherwise a path to type or
+//! paste, and what is in its folder to click, drawn by the window itself.
+
+#[cfg(feature = "desktop-dialogs")]
+mod desktop;
 
 use crate::app::document;
 use std::path::{Path, PathBuf};
@@ -27,7 +30,22 @@ pub(super) enum FilePurpose {
 /// File dialog that is open.
 pub(super) struct Dialog {
     purpose: Purpose,
+    /// Path that is typed, or from which the desktop starts.
     text: String,
+    by: Drawn,
+}
+
+/// Who draws a dialog.
+enum Drawn {
+    /// The window does.
+    ByWindow(Listing),
+    /// The desktop does.
+    #[cfg(feature = "desktop-dialogs")]
+    ByDesktop(desktop::Asked),
+}
+
+/// What the window shows of a dialog.
+struct Listing {
     /// Folder that is listed, and its entries.
     listed: Option<(PathBuf, Vec<Entry>)>,
     fresh: bool,
@@ -64,59 +82,93 @@ impl Dialog {
     /// Asks for a file.
     pub(super) fn open(file: FilePurpose) -> Self {
         let here = std::env::current_dir().unwrap_or_default().join("");
-        Self { purpose: Purpose::Open(file), text: here.display().to_string(), listed: None, fresh: true }
+        Self::new(Purpose::Open(file), &here)
     }
 
     /// Asks for a folder.
     pub(super) fn save(folder: &Path) -> Self {
         let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
-        Self { purpose: Purpose::Save, text: folder.display().to_string(), listed: None, fresh: true }
+        Self::new(Purpose::Save, &folder)
     }
 
-    /// Draws it. Listing a folder is quick, and done once for each.
-    pub(super) fn show(&mut self, context: &egui::Context, mut mark: impl FnMut(&str, egui::Rect)) -> Outcome {
-        let (title, verb) = match self.purpose {
-            Purpose::Open(FilePurpose::Open) => ("Open a mesh or a map", "Open"),
-            Purpose::Open(FilePurpose::Clean) => ("The clean mesh", "Compare"),
-            Purpose::Open(FilePurpose::Environment) => {
+    fn new(purpose: Purpose, start: &Path) -> Self {
+        let by = Drawn::ByWindow(Listing { listed: None, fresh: true });
+        #[cfg(feature = "desktop-dialogs")]
+        let by = if desktop::has_dialogs() { Drawn::ByDesktop(desktop::Asked::default()) } else { by };
+        Self { purpose, text: start.display().to_string(), by }
+    }
+
+    /// Draws it, or looks whether the desktop has an answer. Listing a folder is quick, and done once for each.
+    pub(super) fn show(&mut self, context: &egui::Context, mark: impl FnMut(&str, egui::Rect)) -> Outcome {
+        match &mut self.by {
+            Drawn::ByWindow(listing) => listing.show(context, self.purpose, &mut self.text, mark),
+            #[cfg(feature = "desktop-dialogs")]
+            Drawn::ByDesktop(asked) => asked.answer(context, self.purpose, Path::new(&self.text)),
+        }
+    }
+}
+
+impl Purpose {
+    /// Title of the dialog, and the word on the button that ends it.
+    fn words(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Open(FilePurpose::Open) => ("Open a mesh or a map", "Open"),
+            Self::Open(FilePurpose::Clean) => ("The clean mesh", "Compare"),
+            Self::Open(FilePurpose::Environment) => {
                 ("A picture of what is all around, or a folder with six faces", "Use")
             }
-            Purpose::Open(FilePurpose::Volume) => ("A volume (.nrrd, .nhdr)", "Use"),
-            Purpose::Open(FilePurpose::FixedVertices) => ("Numbers of `v` lines that stay", "Use"),
-            Purpose::Open(FilePurpose::Mask) => {
+            Self::Open(FilePurpose::Volume) => ("A volume (.nrrd, .nhdr)", "Use"),
+            Self::Open(FilePurpose::FixedVertices) => ("Numbers of `v` lines that stay", "Use"),
+            Self::Open(FilePurpose::Mask) => {
                 ("A grey picture in the texture coordinates, or a text with weights", "Use")
             }
-            Purpose::Open(FilePurpose::Target) => ("The result of another denoiser", "Use"),
-            Purpose::Save => ("Save the map to a folder", "Save"),
-        };
+            Self::Open(FilePurpose::Target) => ("The result of another denoiser", "Use"),
+            Self::Save => ("Save the map to a folder", "Save"),
+        }
+    }
+
+    /// What it means that this path was chosen.
+    fn chosen(self, path: PathBuf) -> Outcome {
+        match self {
+            Self::Save => Outcome::SaveTo(path),
+            Self::Open(file) => Outcome::File(file, path),
+        }
+    }
+}
+
+impl Listing {
+    fn show(
+        &mut self,
+        context: &egui::Context,
+        purpose: Purpose,
+        text: &mut String,
+        mut mark: impl FnMut(&str, egui::Rect),
+    ) -> Outcome {
+        let (title, verb) = purpose.words();
         let mut outcome = Outcome::Open;
         let mut open = true;
         let window = egui::Window::new(title).open(&mut open).collapsible(false).default_size([560.0, 420.0]);
         window.anchor(egui::Align2::CENTER_CENTER, egui::Vec2::ZERO).show(context, |ui| {
-            let field = ui.add(egui::TextEdit::singleline(&mut self.text).desired_width(f32::INFINITY));
+            let field = ui.add(egui::TextEdit::singleline(text).desired_width(f32::INFINITY));
             mark("path", field.rect);
             if std::mem::take(&mut self.fresh) {
                 field.request_focus();
             }
-            let typed = PathBuf::from(self.text.trim());
             let mut entered = field.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
-            if let Some(clicked) = self.list(ui, &typed, &mut entered) {
-                self.text = clicked.path.display().to_string();
+            if let Some(clicked) = self.list(ui, purpose, text, &mut entered) {
+                *text = clicked.path.display().to_string();
                 if clicked.is_folder {
-                    self.text.push(std::path::MAIN_SEPARATOR);
+                    text.push(std::path::MAIN_SEPARATOR);
                 }
             }
             ui.horizontal(|ui| {
-                let chosen = PathBuf::from(self.text.trim());
+                let chosen = PathBuf::from(text.trim());
                 let button = ui.button(verb);
                 mark("choose", button.rect);
                 if ui.button("Cancel").clicked() {
                     outcome = Outcome::Closed;
                 } else if (button.clicked() || entered) && !chosen.as_os_str().is_empty() {
-                    outcome = match self.purpose {
-                        Purpose::Save => Outcome::SaveTo(chosen),
-                        Purpose::Open(file) => Outcome::File(file, chosen),
-                    };
+                    outcome = purpose.chosen(chosen);
                 }
             });
         });
@@ -124,11 +176,12 @@ impl Dialog {
     }
 
     /// Lists the folder that is typed; returns an entry that was clicked, and sets `chosen` where it was clicked twice.
-    fn list(&mut self, ui: &mut egui::Ui, typed: &Path, chosen: &mut bool) -> Option<Entry> {
-        let ends = self.text.ends_with(std::path::is_separator);
+    fn list(&mut self, ui: &mut egui::Ui, purpose: Purpose, text: &str, chosen: &mut bool) -> Option<Entry> {
+        let typed = Path::new(text.trim());
+        let ends = text.ends_with(std::path::is_separator);
         let folder = if ends { typed } else { typed.parent().unwrap_or(typed) };
         if self.listed.as_ref().is_none_or(|(of, _)| of != folder) {
-            self.listed = Some((folder.to_owned(), entries(folder, self.purpose)));
+            self.listed = Some((folder.to_owned(), entries(folder, purpose)));
         }
         let mut clicked = None;
         let height = ui.available_height() - 36.0;
