@@ -180,7 +180,8 @@ pub fn bake(
     if let Some((v, _)) = (0..).zip(model.surface().positions()).find(too_far) {
         return Err(BakeError::TooFar { source_vertex: model.weld().first()[v as usize] });
     }
-    let displacements = settings.target.displacements(model, settings.map, settings.normals, progress)?;
+    let displacements =
+        settings.target.displacements_with(&settings.last_result, model, settings.map, settings.normals, progress)?;
     if displacements.deltas.iter().any(|delta| !delta.as_vec3().is_finite()) {
         return Err(BakeError::NotFinite);
     }

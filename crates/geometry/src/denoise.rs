@@ -52,7 +52,7 @@ pub use auto::Auto;
 pub use bilateral::Bilateral;
 pub use bilateral_normals::{BilateralNormals, Neighbours, Scheme};
 pub use boundary::Boundary;
-pub use denoising::{Denoising, DenoisingError, Moved, Output};
+pub use denoising::{Denoising, DenoisingError, LastResult, Moved, Output};
 pub(crate) use denoising::{HeightFit, Unbounded};
 pub use guided_normals::GuidedNormals;
 pub use hc::Hc;

@@ -10,6 +10,7 @@ use planish_files::input::Trust;
 use planish_geometry::bake::{
     self, BakeSettings, BakeTarget, Carriers, CurvatureMap, Lambda, LargestSide, LayoutChoice, Quanta,
 };
+use planish_geometry::denoise::LastResult;
 use planish_geometry::map::displacement::{FileFormat, MapKind, TexelFormat};
 use planish_geometry::map::manifest::Manifest;
 use planish_geometry::map::occlusion::Occlusion;
@@ -104,6 +105,7 @@ pub(crate) fn settings(args: &MapArgs, welding: Welding) -> Result<BakeSettings,
         carriers: if args.no_glb { Carriers::Obj } else { Carriers::ObjAndGlb },
         occlusion: args.ao.then_some(Occlusion { rays: args.ao_rays, distance: args.ao_distance }),
         curvature: if args.curvature { CurvatureMap::Mean } else { CurvatureMap::None },
+        last_result: LastResult::default(),
     })
 }
 

@@ -1,7 +1,7 @@
 //! Settings of a bake.
 
 use super::{BakeTarget, LayoutChoice};
-use crate::denoise::NormalField;
+use crate::denoise::{LastResult, NormalField};
 use crate::map::displacement::{MapKind, TexelFormat};
 use crate::map::normal_map::Convention;
 use crate::map::occlusion::Occlusion;
@@ -52,6 +52,9 @@ pub struct BakeSettings {
     pub occlusion: Option<Occlusion>,
     /// Curvature map of the denoised surface.
     pub curvature: CurvatureMap,
+    /// Memory of the last result. Whoever bakes one mesh again and again gives each bake the same one.
+    #[serde(skip)]
+    pub last_result: LastResult,
 }
 
 named! {
@@ -136,6 +139,7 @@ mod tests {
             carriers: Carriers::Obj,
             occlusion: Some(Occlusion { rays: 7, distance: Some(0.25) }),
             curvature: CurvatureMap::Mean,
+            last_result: LastResult::default(),
         };
         let [default, chosen] = [&BakeSettings::default(), &settings].map(|s| serde_json::to_value(s).unwrap());
         for (field, value) in chosen.as_object().unwrap() {

@@ -3,8 +3,8 @@
 use super::BakeError;
 use crate::denoise::limits::{Limits, Outcome};
 use crate::denoise::{
-    Denoiser, Denoising, DenoisingError, HeightField, HeightFit, HeightResidual, Motion, Moved, NormalField, Output,
-    Unbounded, auto,
+    Denoiser, Denoising, DenoisingError, HeightField, HeightFit, HeightResidual, LastResult, Motion, Moved,
+    NormalField, Output, Unbounded, auto,
 };
 use crate::map::displacement::MapKind;
 use crate::map::manifest::{Method, Target};
@@ -117,12 +117,24 @@ impl BakeTarget {
         normals: Option<NormalField>,
         progress: &dyn Progress,
     ) -> Result<VertexDisplacements, BakeError> {
+        self.displacements_with(&LastResult::default(), model, map, normals, progress)
+    }
+
+    /// Displacements as [`Self::displacements`] finds them, with the result that is remembered if the method is the same.
+    pub(super) fn displacements_with(
+        &self,
+        last: &LastResult,
+        model: &Model,
+        map: MapKind,
+        normals: Option<NormalField>,
+        progress: &dyn Progress,
+    ) -> Result<VertexDisplacements, BakeError> {
         let output = match (map, self) {
             (MapKind::Scalar, _) => Output::Heights(normals.map(|field| field.directions(model)).transpose()?),
             (_, Self::Method(denoising)) => denoising.output(),
             (_, Self::Positions { .. }) => Output::Free,
         };
-        let Moved { deltas, along, limits, choice } = self.moved(model, output, progress)?;
+        let Moved { deltas, along, limits, choice } = self.moved(last, model, output, progress)?;
         Ok(match along.filter(|_| map == MapKind::Scalar) {
             Some((HeightField { normals, heights, residual }, source)) => {
                 VertexDisplacements { deltas, normals, source, heights: Some((heights, residual)), limits, choice }
@@ -139,10 +151,16 @@ impl BakeTarget {
     }
 
     /// Displacements in the form of `output`, within the limits of the method; given positions have no limits.
-    fn moved(&self, model: &Model, output: Output, progress: &dyn Progress) -> Result<Moved, BakeError> {
+    fn moved(
+        &self,
+        last: &LastResult,
+        model: &Model,
+        output: Output,
+        progress: &dyn Progress,
+    ) -> Result<Moved, BakeError> {
         let surface = model.surface();
         match self {
-            Self::Method(denoising) => Ok(denoising.run(surface, model.weld(), output, progress)?),
+            Self::Method(denoising) => Ok(denoising.run_with(last, surface, model.weld(), output, progress)?),
             Self::Positions { positions, .. } => {
                 let bounds = Limits::default().on(surface, model.weld())?;
                 let deltas = displacements_to(surface, positions);

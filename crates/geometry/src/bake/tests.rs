@@ -356,5 +356,6 @@ fn normal_maps_are_flat_where_charts_overlap() {
 }
 
 mod carrier;
+mod last_result;
 mod pages;
 mod tile;

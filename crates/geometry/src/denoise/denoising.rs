@@ -4,6 +4,7 @@ use super::limits::{Bounds, Limits, LimitsError, Outcome};
 use super::motion::Motion;
 use super::normal_field::{self, HeightDirections, NormalField};
 use super::{Denoiser, HeightField, auto};
+use crate::mesh::jagged::Index;
 use crate::mesh::normals::{self, FaceWeight};
 use crate::mesh::surface::Surface;
 use crate::mesh::weld::Weld;
@@ -11,6 +12,8 @@ use crate::progress::{Cancelled, Progress};
 use crate::source::model::NormalSource;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
+use sha2::{Digest as _, Sha256};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// A method and what it may not do; in JSON the settings of the method with the field `limits` beside them, which is
 /// absent where there are none.
@@ -83,15 +86,93 @@ impl Denoising {
         output: Output,
         progress: &dyn Progress,
     ) -> Result<Moved, DenoisingError> {
+        self.run_with(&LastResult::default(), surface, weld, output, progress)
+    }
+
+    /// Denoises as [`Self::run`] does, with the result that is remembered if the method is the same.
+    pub(crate) fn run_with(
+        &self,
+        last: &LastResult,
+        surface: &Surface,
+        weld: &Weld,
+        output: Output,
+        progress: &dyn Progress,
+    ) -> Result<Moved, DenoisingError> {
         if let (Output::Heights(_), Some(direction)) = (&output, self.limits.direction) {
             return Err(LimitsError::NotAlongNormals(direction).into());
         }
         let bounds = self.limits.on(surface, weld)?;
-        let (mut deltas, choice) = self.denoiser.freed().run(surface, progress)?;
+        let (mut deltas, choice) = last.of(&self.denoiser, surface, progress)?;
         bounds.shape(surface, &mut deltas);
         let fit = if self.denoiser.motion().is_some() { HeightFit::FaceNormals } else { HeightFit::Positions };
         Ok(Unbounded { deltas, bounds, fit, choice }.into_output(surface, output, progress)?)
     }
+}
+
+/// Result of a method whose vertices may go anywhere, before its limits.
+#[derive(Clone, Debug)]
+struct FreeResult {
+    /// The method.
+    denoiser: Denoiser,
+    /// SHA-256 of the surface.
+    surface: [u8; 32],
+    /// Displacements δᵢ = pᵢ − p*ᵢ. #V×3, model units
+    deltas: Vec<DVec3>,
+    /// Choice of a method that chooses; `None` for all others.
+    choice: Option<auto::DenoiseChoice>,
+}
+
+/// Memory of the last result of a method: whoever bakes a mesh again with other limits, or another map, need not denoise it again. The
+/// default remembers nothing, and a clone is the same memory. It changes no result, so that all of them are equal.
+#[derive(Clone, Debug, Default)]
+pub struct LastResult(Option<Arc<Mutex<Option<FreeResult>>>>);
+
+impl PartialEq for LastResult {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl LastResult {
+    /// A memory with nothing in it yet.
+    pub fn remembered() -> Self {
+        Self(Some(Arc::default()))
+    }
+
+    /// Displacements of a method (#V×3, model units), and the choice of one that chooses: those that are remembered if both the method
+    /// and the surface are the same, else new ones.
+    fn of(
+        &self,
+        denoiser: &Denoiser,
+        surface: &Surface,
+        progress: &dyn Progress,
+    ) -> Result<(Vec<DVec3>, Option<auto::DenoiseChoice>), Cancelled> {
+        let denoiser = denoiser.freed();
+        let Some(memory) = &self.0 else { return denoiser.run(surface, progress) };
+        // A thread that panicked while it had the memory left a whole result.
+        let lock = || memory.lock().unwrap_or_else(PoisonError::into_inner);
+        let digest = digest(surface);
+        let is_same = |last: &&FreeResult| last.denoiser == denoiser && last.surface == digest;
+        if let Some(FreeResult { deltas, choice, .. }) = lock().as_ref().filter(is_same).cloned() {
+            return Ok((deltas, choice));
+        }
+        let (deltas, choice) = denoiser.run(surface, progress)?;
+        *lock() = Some(FreeResult { denoiser, surface: digest, deltas: deltas.clone(), choice: choice.clone() });
+        Ok((deltas, choice))
+    }
+}
+
+/// SHA-256 of the positions and faces of a surface.
+fn digest(surface: &Surface) -> [u8; 32] {
+    let mut hash = Sha256::new();
+    for p in surface.positions() {
+        hash.update(p.to_array().map(f64::to_le_bytes).as_flattened());
+    }
+    for face in surface.topology().faces().iter() {
+        hash.update((face.len() as Index).to_le_bytes());
+        face.iter().for_each(|v| hash.update(v.to_le_bytes()));
+    }
+    hash.finalize().into()
 }
 
 /// Property of the denoised surface that heights are fitted to.

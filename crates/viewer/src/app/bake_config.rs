@@ -7,7 +7,7 @@ use planish_geometry::bake::{
     BakeSettings, BakeTarget, Carriers, CurvatureMap, Lambda, LargestSide, LayoutChoice, Quanta,
 };
 use planish_geometry::denoise::limits::{Direction, Limits, Mask, Volume, WeightMask};
-use planish_geometry::denoise::{Denoiser, Denoising, NormalField};
+use planish_geometry::denoise::{Denoiser, Denoising, LastResult, NormalField};
 use planish_geometry::map::displacement::{MapKind, TexelFormat};
 use planish_geometry::map::manifest::{Layout, Manifest, Method, UvSource};
 use planish_geometry::map::normal_map::Convention;
@@ -121,6 +121,7 @@ impl BakeConfig {
             carriers: if manifest.carrier.glb.is_none() { Carriers::Obj } else { Carriers::ObjAndGlb },
             occlusion: manifest.occlusion.as_ref().map(|o| Occlusion { rays: o.rays, distance: o.distance }),
             curvature: if manifest.curvature.is_none() { CurvatureMap::None } else { CurvatureMap::Mean },
+            last_result: LastResult::default(),
         };
         Self { denoiser, limits, target, settings }
     }
@@ -216,8 +217,9 @@ fn quoted(word: &str) -> String {
 fn add_settings(settings: &BakeSettings, add: &mut impl FnMut(&str, String)) {
     let default = BakeSettings::default();
     let BakeSettings {
-        // The configuration has a method or a target instead.
+        // The configuration has a method or a target instead, and results are remembered by the document.
         target: _,
+        last_result: _,
         welding,
         normals,
         lambda,

@@ -12,6 +12,7 @@ use planish_files::info::{self, Info};
 use planish_files::input::{self, Trust};
 use planish_files::map_files::MapFiles;
 use planish_files::text::{self, shown};
+use planish_geometry::denoise::LastResult;
 use planish_geometry::map::displace::ShaderVertex;
 use planish_geometry::map::displacement::Displacement;
 use planish_geometry::map::manifest::{self, Manifest};
@@ -36,6 +37,8 @@ pub struct Document {
     pub scene: Arc<Scene>,
     /// Rule on the files that the mesh names.
     pub trust: Trust,
+    /// Memory of the last result of a method on the mesh, for bakes that change only limits or the map.
+    last_result: LastResult,
 }
 
 /// Displacement map that can be shown.
@@ -139,7 +142,8 @@ fn document(files: &Files, progress: &dyn Progress) -> Result<(Document, Option<
     progress.stage("looking");
     let mut info = info::inspect(&mesh, &model, files.trust, progress)?;
     info.notes.extend(warnings);
-    Ok((Document { mesh, model, info, scene: Arc::new(scene), trust: files.trust }, map))
+    let last_result = LastResult::remembered();
+    Ok((Document { mesh, model, info, scene: Arc::new(scene), trust: files.trust, last_result }, map))
 }
 
 /// The manifest beside a map that names it.
@@ -205,7 +209,8 @@ pub fn bake(
     let read: Vec<PathBuf> = bake_config.limits.fixed_file.iter().cloned().collect();
     let job = Job { input: &document.mesh, model: &document.model, folder, protected: &read, trust: document.trust };
     let mut scene = (*document.scene).clone();
-    let settings = bake_config.settings(&job)?;
+    let mut settings = bake_config.settings(&job)?;
+    settings.last_result = document.last_result.clone();
     let (map, baked) = open::bake_map(&mut scene, &job, &settings, progress)?;
     let OpenedMap { manifest, vertices } = map;
     let reasons = baked.bundle.choice.iter().map(ToString::to_string).collect();
