@@ -352,6 +352,7 @@ fn normal_maps_are_flat_where_charts_overlap() {
     assert!((0..50).any(|i| at(0.005 + 0.003 * f64::from(i), 0.1) != flat));
 }
 
+mod backs;
 mod carrier;
 mod pages;
 mod tile;
