@@ -161,9 +161,9 @@ fn pictures_that_gltf_does_not_take_are_converted() {
     };
     let material = &document["materials"][0];
     let shading = &material["pbrMetallicRoughness"];
-    // Luma of (200, 100, 50) is 117, and of (3, 2, 1) it is 2.
-    assert_eq!((texel(&shading["baseColorTexture"]), &material["alphaMode"]), ([3, 2, 1, 117], &"MASK".into()));
-    assert_eq!(texel(&shading["metallicRoughnessTexture"]), [255, 117, 2, 255]);
+    // Luma of (200, 100, 50) is 118, and of (3, 2, 1) it is 2.
+    assert_eq!((texel(&shading["baseColorTexture"]), &material["alphaMode"]), ([3, 2, 1, 118], &"MASK".into()));
+    assert_eq!(texel(&shading["metallicRoughnessTexture"]), [255, 118, 2, 255]);
     assert_eq!(texel(&material["emissiveTexture"]), [6, 5, 4, 255]);
     assert_eq!(texel(&material["normalTexture"]), [200, 100, 50, 255]);
 }
