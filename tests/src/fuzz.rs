@@ -10,6 +10,7 @@ pub use corpus::{corpus, pieces};
 pub use mutate::Mutator;
 
 use glam::{DVec3, Vec2};
+use planish_geometry::bake::gltf::Picture;
 use planish_geometry::bake::{
     self, BakeSettings, BakeTarget, Bundle, BundleNames, LargestSide, SideFiles, WrittenFiles,
 };
@@ -135,7 +136,10 @@ pub fn gltf_bake(data: &[u8]) {
         ..vertex.clone()
     };
     let library = model.source().file().map(MeshFile::embedded_library).unwrap_or_default();
-    let texture = |name: &str| model.source().file()?.embedded_texture(name);
+    let texture = |picture: Picture| match picture {
+        Picture::File(name) => model.source().file()?.embedded_texture(name),
+        _ => None,
+    };
     let side_files = SideFiles { libraries: &[library], texture: &texture, ..SideFiles::NONE };
     for settings in [vertex, pages] {
         let Ok(bundle) = bake::bake(&model, &names(), side_files, &settings, &Silent) else { continue };

@@ -26,6 +26,7 @@
 //! ```
 
 mod lost;
+mod pictures;
 #[cfg(not(target_family = "wasm"))]
 mod write;
 
@@ -36,6 +37,7 @@ use crate::input::{self, LARGEST_PICTURE, NamedFile, Trust};
 use crate::method;
 use crate::named_path::{self, NamedPath};
 use crate::text::{count, in_tile, measure, one_line, shown, volume_not_restored};
+use planish_geometry::bake::gltf::Picture;
 use planish_geometry::bake::{
     self, BakeError, BakeSettings, BakeTarget, Bundle, BundleFile, BundleNames, Fallback, LayoutChoice, SideFiles, gltf,
 };
@@ -195,20 +197,29 @@ impl Job<'_> {
             |path: &Path| NamedFile { path, folder: input::folder_of(input), trust, largest: LARGEST_PICTURE }.read();
         // The reason for each texture that is refused. One that is missing was missing before.
         let refused = Mutex::new(BTreeSet::new());
+        let refuse = |reason: String| {
+            if let Ok(mut refused) = refused.lock() {
+                refused.insert(format!("{reason}; the glTF file will lack this texture"));
+            }
+        };
         let from_file = |name: &str| {
             let path = find(name).path;
             let read = named(&path);
-            let reason = match &read {
-                Err(reason) => disk::exists(&path).then(|| reason.to_string()),
-                Ok(bytes) if is_kept || lost::is_gltf_picture(bytes) => None,
-                Ok(_) => Some(format!("{}: is neither a PNG nor a JPEG file", shown(&path))),
-            };
-            if let (Some(reason), Ok(mut refused)) = (reason, refused.lock()) {
-                refused.insert(format!("{reason}; the glTF file will lack this texture"));
+            if let (Err(reason), true) = (&read, disk::exists(&path)) {
+                refuse(reason.to_string());
             }
             read.ok()
         };
-        let texture = |name: &str| embedded(name).or_else(|| from_file(name));
+        let bytes_of = |name: &str| embedded(name).or_else(|| from_file(name));
+        let refuse_file = |name: &str, reason: String| refuse(format!("{}: {reason}", shown(&find(name).path)));
+        let texture = |picture: Picture| match picture {
+            Picture::File(name) if is_kept => bytes_of(name),
+            Picture::File(name) => {
+                let made = pictures::for_gltf(bytes_of(name)?, Path::new(name));
+                made.map_err(|reason| refuse_file(name, reason)).ok()
+            }
+            _ => pictures::combined(picture, &bytes_of, &refuse_file),
+        };
         let side_files = SideFiles { libraries: &libraries, relocate: &relocate, texture: &texture, within: &within };
         let bundle = bake::bake(model, &names, side_files, settings, progress).map_err(|e| explain(e, model, input))?;
         warnings.extend(input::summary(refused.into_inner().unwrap_or_default()));
@@ -347,6 +358,14 @@ fn warn(bundle: &Bundle) -> Vec<String> {
         out.push(format!("{name} has the ambient occlusion as no `occlusionTexture`: {extras}"));
     }
     out.extend(r.limits.as_ref().and_then(volume_not_restored));
+    if bundle.shared_backs > 0 {
+        let are =
+            if bundle.shared_backs == 1 { "face is the back of another one" } else { "faces are backs of others" };
+        out.push(format!(
+            "{} {are} with which they share vertices or texels: in {} both sides have the normals of the fronts",
+            bundle.shared_backs, m.carrier.obj
+        ));
+    }
     let vertices = |n| count(n, "vertex", "vertices");
     if r.vertices_without_normal > 0 {
         let n = vertices(r.vertices_without_normal);

@@ -38,6 +38,7 @@ mod pages;
 mod report;
 mod settings;
 mod shading_maps;
+mod sides;
 mod target;
 #[cfg(feature = "unwrap")]
 pub mod unwrap;
@@ -59,9 +60,11 @@ use crate::map::pages::{PageRule, Pages};
 use crate::mesh::atlas::{Atlas, AtlasError};
 use crate::mesh::jagged::Index;
 use crate::progress::Progress;
+use crate::source::backs::Backs;
 use crate::source::model::Model;
 use draft::Draft;
 use glam::{DVec3, IVec2};
+use gltf::Picture;
 
 /// Files beside a mesh that its materials need.
 #[derive(Clone, Copy)]
@@ -70,8 +73,9 @@ pub struct SideFiles<'a> {
     pub libraries: &'a [Vec<u8>],
     /// Function that turns the path of a texture, as a library writes it, into a path from the folder of the carrier.
     pub relocate: &'a (dyn Fn(&str) -> String + Sync),
-    /// Function that gives the bytes of a texture by its path in the libraries; `None` if there is no such file.
-    pub texture: &'a (dyn Fn(&str) -> Option<Vec<u8>> + Sync),
+    /// Function that gives the bytes of a picture of a material, as glTF takes it, by the paths of its files in the libraries; `None` if
+    /// there is none.
+    pub texture: &'a (dyn Fn(Picture) -> Option<Vec<u8>> + Sync),
     /// Textures from within the mesh file, which become files beside the carrier, each with another name.
     pub within: &'a [BundleFile],
 }
@@ -117,6 +121,9 @@ pub struct Bundle {
     pub along: DisplacementDirections,
     /// Standard deviation of the noise that the method assumed at each vertex, model units; empty if it measured none. #V
     pub deviations: Vec<f64>,
+    /// Number of faces that are the back of another one and share its source vertices or its texels, so that they are displaced along
+    /// the normals of the front.
+    pub shared_backs: usize,
 }
 
 /// True if the feature `unwrap` is on, so that [`LayoutChoice::Unwrap`] can be used.
@@ -130,6 +137,8 @@ struct Request<'a> {
     side_files: SideFiles<'a>,
     settings: &'a BakeSettings,
     progress: &'a dyn Progress,
+    /// Backs of the mesh; the surface of the model has those with a side of their own.
+    backs: &'a Backs,
 }
 
 impl Request<'_> {
@@ -161,7 +170,8 @@ pub fn bake(
     settings: &BakeSettings,
     progress: &dyn Progress,
 ) -> Result<Bundle, BakeError> {
-    let request = Request { model, names, side_files, settings, progress };
+    let none = Backs::default();
+    let request = Request { model, names, side_files, settings, progress, backs: &none };
     let unwraps = settings.layout == LayoutChoice::Unwrap;
     if unwraps && !CAN_UNWRAP {
         return Err(BakeError::CannotUnwrap);
@@ -185,6 +195,12 @@ pub fn bake(
     if displacements.deltas.iter().any(|delta| !delta.as_vec3().is_finite()) {
         return Err(BakeError::NotFinite);
     }
+    let (backs, both) = sides::of_request(&request)?;
+    let (model, displacements) = match &both {
+        Some(both) => (&both.model, displacements.on_both(both)),
+        None => (model, displacements),
+    };
+    let request = Request { model, backs: &backs, ..request };
     #[cfg(feature = "unwrap")]
     if unwraps {
         return unwrapped::bake(&request, &displacements);

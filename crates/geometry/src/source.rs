@@ -18,6 +18,7 @@
 //! ```
 
 mod arrays;
+pub mod backs;
 pub(crate) mod colours;
 mod convert;
 pub mod flaws;

@@ -230,8 +230,7 @@ impl Mesh {
                 None => of_arrays(e),
             })
         })?;
-        let mut notes: Vec<String> =
-            flaws(model).iter().filter(|flaw| flaw.concerns_denoising()).map(ToString::to_string).collect();
+        let mut notes: Vec<String> = flaws(model).iter().map(ToString::to_string).collect();
         notes.extend(model.source().file().map_or(&[][..], MeshFile::notes).iter().cloned());
         result(py, &denoised, model.weld(), &notes)
     }

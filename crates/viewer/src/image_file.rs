@@ -1,6 +1,6 @@
 //! Reading of pictures from files.
 
-use image::{DynamicImage, ImageReader};
+use image::{DynamicImage, ImageFormat, ImageReader};
 use planish_files::failure::Failure;
 use planish_files::input;
 use std::io::Cursor;
@@ -13,6 +13,12 @@ pub(crate) fn read(path: &Path) -> Result<DynamicImage, Failure> {
 
 /// Decodes the bytes of a picture; `path` is for the error message.
 pub(crate) fn decode(bytes: &[u8], path: &Path) -> Result<DynamicImage, Failure> {
-    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| Failure::at(path, e))?;
+    let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| Failure::at(path, e))?;
+    if reader.format().is_none() {
+        // A TGA file has no mark at its beginning, and is told by its name.
+        if let Ok(ImageFormat::Tga) = ImageFormat::from_path(path) {
+            reader.set_format(ImageFormat::Tga);
+        }
+    }
     reader.decode().map_err(|e| Failure::at(path, e))
 }

@@ -12,7 +12,7 @@ use planish_files::{mesh_output, method};
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::metrics::Triangles;
 use planish_geometry::progress::Progress;
-use planish_geometry::source::flaws::{Flaw, flaws};
+use planish_geometry::source::flaws::flaws;
 use planish_geometry::source::format::Format;
 use planish_geometry::source::mesh_file::MeshFile;
 use planish_geometry::source::model::Model;
@@ -88,8 +88,7 @@ impl<'a> Request<'a> {
     ) -> Result<(Denoised, Vec<String>), Failure> {
         let Self { input, update_normals, .. } = *self;
         let model = super::model(input, self.welding, self.trust, progress)?;
-        let concern = |flaw: &Flaw| flaw.concerns_denoising().then(|| format!("{}: {flaw}", shown(input)));
-        let mut warnings: Vec<String> = flaws(&model).iter().filter_map(concern).collect();
+        let mut warnings: Vec<String> = flaws(&model).iter().map(|flaw| format!("{}: {flaw}", shown(input))).collect();
         let mut method = self.method.denoising(model.source(), input)?;
         method.denoiser = method::prepare(method.denoiser, input)?;
         let mesh = WeldedMesh { surface: model.surface(), weld: model.weld(), faces: model.data().faces().len() };

@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod apply;
+mod backs;
 mod bad_input;
 mod bad_manifest;
 mod batch;

@@ -115,23 +115,55 @@ fn maps_that_the_carrier_replaces_are_told() {
 
 #[test]
 fn what_a_gltf_file_has_no_place_for_is_named() {
-    let library = "newmtl skin\nmap_Kd skin.png\nmap_Ke glow.png\nmap_Ks skin.png\nmap_Bump bump.png\n";
+    let library = "newmtl skin\nmap_Kd skin.png\nmap_Ke skin.png\nmap_Ks skin.png\nrefl r.png\nmap_Bump bump.png\n";
     let folder = scan("in.mtl", "in.mtl", library, "skin");
     let said = keeps_its_texture(&folder);
-    assert!(
-        said.contains("in.glb has the colours of the materials and their textures, but not map_Ke, map_Ks"),
-        "{said}"
-    );
+    assert!(said.contains("in.glb lacks map_Ks, refl of the materials, for which glTF has no place"), "{said}");
     let said = folder.succeeds(&format!("{BAKE} --no-glb")).err;
-    assert!(!said.contains("map_Ke"), "{said}");
+    assert!(!said.contains("map_Ks"), "{said}");
 
-    // The carrier keeps a picture that glTF does not take.
-    let folder = scan("in.mtl", "in.mtl", "newmtl skin\nmap_Kd skin.tga\n", "skin");
-    folder.write("skin.tga", [0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 1, 0, 24, 0, 1, 2, 3]);
+    // The carrier keeps a picture that cannot be read.
+    let folder = scan("in.mtl", "in.mtl", "newmtl skin\nmap_Kd skin.gif\n", "skin");
+    folder.write("skin.gif", b"GIF89a");
     let said = folder.succeeds(BAKE).err;
     assert!(
-        said.contains("skin.tga: is neither a PNG nor a JPEG file; the glTF file will lack this texture"),
+        said.contains("skin.gif: is neither a PNG, a JPEG, a TGA nor a BMP file; the glTF file will lack this texture"),
         "{said}"
     );
-    assert!(folder.text("out/in.mtl").contains("map_Kd ../skin.tga"));
+    assert!(folder.text("out/in.mtl").contains("map_Kd ../skin.gif"));
+}
+
+#[test]
+fn pictures_that_gltf_does_not_take_are_converted() {
+    let library = "newmtl skin\nmap_Kd skin.tga\nmap_Ke glow.bmp\nmap_Pr rough.png\nmap_Pm skin.tga\nmap_d holes.png\n\
+                   norm skin.png\n";
+    let folder = scan("in.mtl", "in.mtl", library, "skin");
+    folder.write("skin.tga", [0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 1, 0, 24, 0, 1, 2, 3]);
+    let dib =
+        [&b"BM\x3a\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0\x01\0\0\0\x01\0\0\0\x01\0\x18\0"[..], &[0; 24], &[4, 5, 6, 0]];
+    folder.write("glow.bmp", dib.concat());
+    folder.write("rough.png", pixel());
+    folder.write("holes.png", pixel());
+    let said = folder.succeeds(BAKE).err;
+    assert!(!said.contains("lack"), "{said}");
+    let glb = folder.bytes("out/in.glb");
+    let length = |at: usize| u32::from_le_bytes(glb[at..at + 4].try_into().unwrap()) as usize;
+    let (json, binary) = (&glb[20..20 + length(12)], &glb[28 + length(12)..]);
+    let document: Value = serde_json::from_slice(json).unwrap();
+    let texel = |texture: &Value| {
+        let index = |value: &Value| value.as_u64().unwrap_or(0) as usize;
+        let image = &document["images"][index(&document["textures"][index(&texture["index"])]["source"])];
+        assert_eq!(image["mimeType"], "image/png");
+        let view = &document["bufferViews"][index(&image["bufferView"])];
+        let first = index(&view["byteOffset"]);
+        let bytes = &binary[first..first + index(&view["byteLength"])];
+        image::load_from_memory(bytes).unwrap().into_rgba8().get_pixel(0, 0).0
+    };
+    let material = &document["materials"][0];
+    let shading = &material["pbrMetallicRoughness"];
+    // Luma of (200, 100, 50) is 118, and of (3, 2, 1) it is 2.
+    assert_eq!((texel(&shading["baseColorTexture"]), &material["alphaMode"]), ([3, 2, 1, 118], &"MASK".into()));
+    assert_eq!(texel(&shading["metallicRoughnessTexture"]), [255, 118, 2, 255]);
+    assert_eq!(texel(&material["emissiveTexture"]), [6, 5, 4, 255]);
+    assert_eq!(texel(&material["normalTexture"]), [200, 100, 50, 255]);
 }

@@ -248,21 +248,19 @@ fn vertices_that_no_face_uses_take_part_in_nothing() {
 fn flaws_that_spoil_a_result_are_told_with_it() {
     let corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
     let cases = [
-        (format!("{corners}f 1 2 3\nf 4 3 1\n"), "faces whose normals point to opposite sides", true),
-        (format!("{corners}{corners}f 1 2 3 4\nf 8 7 6 5\n"), "--weld none keeps both sides", false),
-        (format!("{corners}v 0.000003 0 0\nv 1 0.999998 0\nf 1 2 3\nf 5 6 4\n"), "--weld 1e-5 makes them one", true),
+        (format!("{corners}f 1 2 3\nf 4 3 1\n"), "faces whose normals point to opposite sides"),
+        (format!("{corners}v 0.000003 0 0\nv 1 0.999998 0\nf 1 2 3\nf 5 6 4\n"), "--weld 1e-5 makes them one"),
         (
             "v 500000 4500000 0\nv 500000.0625 4500000 0\nv 500000 4500000.5 0\nf 1 2 3\n".to_owned(),
             "y has steps of 0.5",
-            true,
         ),
     ];
-    for (mesh, words, concerns_denoising) in cases {
+    for (mesh, words) in cases {
         let folder = Folder::with("in.obj", mesh);
         assert!(folder.succeeds("info in.obj").out.contains(words), "{words}");
         assert!(folder.succeeds("bake in.obj -o out --method laplacian").err.contains(words), "{words}");
         let err = folder.succeeds("denoise in.obj -o out.obj --method laplacian").err;
-        assert_eq!(err.contains(words), concerns_denoising, "{err}");
+        assert!(err.contains(words), "{err}");
     }
 }
 

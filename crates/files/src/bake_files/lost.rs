@@ -17,7 +17,7 @@ pub(super) fn document(source: &Source, bundle: &Bundle) -> Option<String> {
     Some(format!("{name} lacks{lost} nodes and extras of the mesh: {reason}"))
 }
 
-/// Says which maps of the materials in libraries the binary glTF carrier does not have; it has those of the colours.
+/// Says which maps of the materials in libraries the binary glTF carrier does not have, because glTF has no place for them.
 pub(super) fn maps(libraries: &[Vec<u8>], bundle: &Bundle) -> Option<String> {
     let name = bundle.manifest.carrier.glb.as_ref()?;
     let text: Vec<_> = libraries.iter().map(|library| String::from_utf8_lossy(library)).collect();
@@ -27,14 +27,10 @@ pub(super) fn maps(libraries: &[Vec<u8>], bundle: &Bundle) -> Option<String> {
         let is_word = keyword.len() < 20 && keyword.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
         let is_map = is_word && (keyword.starts_with("map_") || matches!(*keyword, "decal" | "refl"));
         // The carrier has bumps of its own.
-        is_map && !["map_kd", "map_bump"].contains(&keyword.to_lowercase().as_str())
+        let has_place = ["map_kd", "map_d", "map_ke", "map_pr", "map_pm", "map_bump"];
+        is_map && !has_place.contains(&keyword.to_lowercase().as_str())
     };
     let lost: BTreeSet<&str> = keywords.filter(is_lost).collect();
     let lost = Vec::from_iter(lost).join(", ");
-    (!lost.is_empty()).then(|| format!("{name} has the colours of the materials and their textures, but not {lost}"))
-}
-
-/// Returns whether a picture is in one of the formats that glTF takes.
-pub(super) fn is_gltf_picture(bytes: &[u8]) -> bool {
-    [&b"\x89PNG"[..], b"\xff\xd8\xff"].iter().any(|start| bytes.starts_with(start))
+    (!lost.is_empty()).then(|| format!("{name} lacks {lost} of the materials, for which glTF has no place"))
 }

@@ -47,11 +47,16 @@ pub fn check(
         (entry.uvs == UvSource::Unwrapped).then(|| with_uvs_of(model, files.carrier, manifest.welding)).transpose()?;
     let model = unwrapped.as_ref().unwrap_or(model);
     displace::check_mesh(model.data(), manifest)?;
+    let displacements = target.displacements(model, entry.map, Some(manifest.normals), progress)?;
+    let both = model.with_backs(manifest.backs.indices().collect());
+    let (model, displacements) = match &both {
+        Some(both) => (&both.model, displacements.on_both(both)),
+        None => (model, displacements),
+    };
     let atlas = match model.atlas_in(entry.tile) {
         Err(AtlasError::NoUvs) if entry.layout == Layout::Vertex => None,
         atlas => Some(atlas?),
     };
-    let displacements = target.displacements(model, entry.map, Some(manifest.normals), progress)?;
     let mut frames = Vec::new();
     if entry.map == MapKind::VectorTangent {
         let atlas = atlas.as_ref().ok_or(BakeError::NoTangents)?;

@@ -26,7 +26,7 @@ pub(super) fn manifest_of(
     tile: IVec2,
     maps: &Maps,
 ) -> Manifest {
-    let Request { model, names, settings, .. } = *request;
+    let Request { model, names, settings, backs, .. } = *request;
     let is_uv = maps.plan.is_uv();
     let pages = maps.paging.as_ref().map(|paging| pages_entry(request, paging, maps));
     let one = maps.images.first().filter(|_| pages.is_none());
@@ -38,6 +38,7 @@ pub(super) fn manifest_of(
     };
     Manifest {
         planish: match (&pages, private_texels.as_slice()) {
+            _ if !backs.vertices().is_empty() => 5,
             (Some(_), _) => 3,
             _ if tile != IVec2::ZERO => 4,
             (None, [_, ..]) => 2,
@@ -72,6 +73,7 @@ pub(super) fn manifest_of(
         },
         dominant_uv: atlas.filter(|_| is_uv && pages.is_none()).map(|atlas| dominant_uv(model, atlas)),
         private_texels,
+        backs: Mask::of_indices(backs.vertices().iter().copied()),
         pages,
         normal_map: one.and_then(|image| normal_map(request, image, format!("{}.normal.png", names.stem))),
         occlusion: None,

@@ -105,7 +105,7 @@ impl Draft {
         displacements: &VertexDisplacements,
         original: Option<&Model>,
     ) -> Result<Bundle, BakeError> {
-        let Request { model, names, side_files, progress, .. } = *request;
+        let Request { model, names, side_files, progress, backs, .. } = *request;
         self.shading = ShadingMaps::bake(request, self.atlas.as_ref(), &self.maps)?;
         self.manifest.occlusion = self.shading.occlusion.as_ref().map(|map| map.entry.clone());
         self.manifest.curvature = self.shading.curvature.as_ref().map(|map| map.entry.clone());
@@ -146,8 +146,11 @@ impl Draft {
         }
         files.push(file(&format!("{}.planish.json", names.stem), json));
         let (choice, fallback) = maps.plan.into_reasons();
-        let along = DisplacementDirections { normals: displacements.normals.clone(), frames: maps.frames };
+        let weld = model.weld();
+        let frames = if maps.frames.is_empty() { Vec::new() } else { weld.spread(&maps.frames) };
+        let along = DisplacementDirections { normals: weld.spread(&displacements.normals), frames };
         let deviations = displacements.choice.as_ref().map_or_else(Vec::new, |choice| choice.deviations.clone());
-        Ok(Bundle { files, manifest, choice, fallback, along, deviations })
+        let shared_backs = backs.pairs().iter().filter(|pair| !backs.has_own_side(model, pair[0])).count();
+        Ok(Bundle { files, manifest, choice, fallback, along, deviations, shared_backs })
     }
 }

@@ -36,7 +36,7 @@ pub(super) struct Parts<'a> {
 
 /// Makes the carrier as binary glTF.
 pub(super) fn make(request: &Request, parts: Parts) -> Result<Vec<u8>, GltfError> {
-    let Request { model, names, side_files, .. } = *request;
+    let Request { model, names, side_files, backs, .. } = *request;
     let Parts { manifest, maps, shading, carrier: data, normals, original } = parts;
     let entry = &manifest.displacement;
     let pages = maps.paging.as_ref().map(|paging| &paging.pages);
@@ -71,6 +71,7 @@ pub(super) fn make(request: &Request, parts: Parts) -> Result<Vec<u8>, GltfError
     let carrier = gltf::Carrier {
         name: &names.stem,
         model,
+        backs,
         original,
         normals,
         sample_at: &sample_at,

@@ -36,6 +36,7 @@ use crate::map::manifest::Layout;
 use crate::map::pages;
 use crate::mesh::jagged::Index;
 use crate::source::Source;
+use crate::source::backs::Backs;
 use crate::source::colours;
 use crate::source::materials::Material;
 use crate::source::model::Model;
@@ -58,6 +59,8 @@ pub struct Carrier<'a> {
     pub name: &'a str,
     /// Model that was baked.
     pub model: &'a Model,
+    /// Backs of the mesh. The surface of the model has those with a side of their own.
+    pub backs: &'a Backs,
     /// Model before it got new texture coordinates for the map; `None` if it has its own.
     pub original: Option<&'a Model>,
     /// Unit normals that the map displaces along; zero where there is none. #V×3
@@ -146,8 +149,41 @@ pub fn keeps_document(source: &Source) -> bool {
     }
 }
 
-/// Function that gives the bytes of a texture by its name in the material library; `None` if there is no such file.
-pub type Textures<'a> = &'a dyn Fn(&str) -> Option<Vec<u8>>;
+/// A picture of a material, by the names of its files in the material library.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Picture<'a> {
+    /// The picture of a file.
+    File(&'a str),
+    /// Roughness as green and metalness as blue, each from the greys of a file; 1 where there is none. One of them is there.
+    MetallicRoughness {
+        /// File of the roughness (`map_Pr`).
+        roughness: Option<&'a str>,
+        /// File of the metalness (`map_Pm`).
+        metallic: Option<&'a str>,
+    },
+    /// Colours with the opacity as alpha; white where there are no colours.
+    ColourWithOpacity {
+        /// File of the colours (`map_Kd`).
+        colour: Option<&'a str>,
+        /// File of the opacity (`map_d`): its alpha channel, or its greys if it has none.
+        opacity: &'a str,
+    },
+}
+
+impl Picture<'_> {
+    /// Names of the files that it is made of.
+    fn name(&self) -> String {
+        let files = match *self {
+            Self::File(file) => [Some(file), None],
+            Self::MetallicRoughness { roughness, metallic } => [roughness, metallic],
+            Self::ColourWithOpacity { colour, opacity } => [colour, Some(opacity)],
+        };
+        Vec::from_iter(files.into_iter().flatten()).join(" + ")
+    }
+}
+
+/// Function that gives the bytes of a picture; `None` if there is none.
+pub type Textures<'a> = &'a dyn Fn(Picture) -> Option<Vec<u8>>;
 
 /// Reasons why a glTF file cannot be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -174,6 +210,9 @@ pub enum GltfError {
 /// A model that came as glTF keeps its document, if [`keeps_document`] says so: the vertices get the normals, samples and target in
 /// addition, and a primitive on several pages becomes one for each. New texture coordinates become a set of their own, and vertices are
 /// split where these are cut.
+///
+/// Every face that the mesh draws is there: a back that the surface of the model lacks has the normals of its front turned round, and its
+/// material describes the map with the opposite heights. Materials of faces with a back, and of backs, are not double-sided.
 ///
 /// Vertices are the distinct pairs of source vertex and texture coordinates at corners of the triangles, in the order of
 /// the source; positions are the welded ones. Texture coordinates have v down. `TEXCOORD_0` is (0, 0) where a corner names
@@ -202,10 +241,9 @@ pub fn glb(carrier: &Carrier, textures: Textures) -> Result<Vec<u8>, GltfError> 
     assert_eq!(carrier.denoised_normals.len(), vertices, "one denoised normal for each vertex");
     assert_eq!(carrier.sample_at.len(), model.data().positions().len(), "one sample for each source vertex");
     let page_of = |face: Index| carrier.pages.as_ref().map_or(0, |pages| pages.of_faces.of_face(face));
-    let wedges = Wedges::new(model, &page_of);
-    let triangles = wedges.triangles(model);
+    let wedges = Wedges::new(model, carrier.backs, &page_of);
     // Each wedge takes four vectors and two texture coordinates, each triangle three indices.
-    let expected = wedges.len() * 64 + triangles.items().len() * 12 + carrier.map.bytes.len();
+    let expected = wedges.len() * 64 + wedges.triangle_count() * 12 + carrier.map.bytes.len();
     let mut buffer = glb::Buffer::with_capacity(expected);
     let mut node = json!({ "name": carrier.name });
     let mut document = Object::new();
@@ -213,17 +251,15 @@ pub fn glb(carrier: &Carrier, textures: Textures) -> Result<Vec<u8>, GltfError> 
     document.insert("asset".to_owned(), json!({ "version": "2.0", "generator": generator }));
     document.insert("scene".to_owned(), 0.into());
     document.insert("scenes".to_owned(), json!([{ "nodes": [0] }]));
-    if !triangles.items().is_empty() {
+    if wedges.triangle_count() > 0 {
         let (attributes, target) = attributes(carrier, &wedges, &mut buffer)?;
         let mut materials = Materials::new(&mut buffer, carrier, wedges.have_uvs().then_some(textures));
         let mut primitives = Vec::new();
-        for (list, triangles) in (0..).zip(triangles.iter()).filter(|(_, triangles)| !triangles.is_empty()) {
-            let lists = model.data().materials().len() as Index + 1;
-            let (page, material) = (list / lists, Index::checked_sub(list % lists, 1));
+        for group in wedges.groups() {
             primitives.push(json!({
                 "attributes": attributes,
-                "indices": buffer.indices(triangles, wedges.len()),
-                "material": materials.add(&mut buffer, page, material),
+                "indices": buffer.indices(group.triangles, wedges.len()),
+                "material": materials.add(&mut buffer, &group),
                 "targets": [target],
             }));
         }
@@ -246,7 +282,6 @@ pub fn glb(carrier: &Carrier, textures: Textures) -> Result<Vec<u8>, GltfError> 
 fn attributes(carrier: &Carrier, wedges: &Wedges, buffer: &mut glb::Buffer) -> Result<(Value, Value), GltfError> {
     let model = carrier.model;
     let vertex_of = model.weld().vertex_of();
-    let of_vertex = |source: &Index| vertex_of[*source as usize] as usize;
     let from_origin = |p: DVec3| p - carrier.origin;
     let position = |v: usize| from_origin(model.surface().positions()[v]).as_vec3();
     let position_change = |v: usize| (from_origin(carrier.denoised[v]) - position(v).as_dvec3()).as_vec3();
@@ -255,13 +290,18 @@ fn attributes(carrier: &Carrier, wedges: &Wedges, buffer: &mut glb::Buffer) -> R
         DVec3::ZERO => Vec3::ZERO,
         denoised => (denoised - normal(v).as_dvec3()).as_vec3(),
     };
-    let mut vectors = |of: &(dyn Fn(usize) -> Vec3 + Sync)| {
-        let values: Vec<[f32; 3]> = wedges.sources.par_iter().map(|source| of(of_vertex(source)).to_array()).collect();
+    // Points are those of the vertex, normals may be turned.
+    let mut vectors = |of: &(dyn Fn(usize) -> Vec3 + Sync), are_normals: bool| {
+        let value = |(source, is_turned): (&Index, &bool)| {
+            let value = of(vertex_of[*source as usize] as usize);
+            (if are_normals && *is_turned { -value } else { value }).to_array()
+        };
+        let values: Vec<[f32; 3]> = wedges.sources.par_iter().zip(&wedges.is_turned).map(value).collect();
         let finite = values.as_flattened().par_iter().all(|x| x.is_finite());
         if finite { Ok(buffer.attribute(&values)) } else { Err(GltfError::NotFinite) }
     };
-    let (position, normal) = (vectors(&position)?, vectors(&normal)?);
-    let target = json!({ "POSITION": vectors(&position_change)?, "NORMAL": vectors(&normal_change)? });
+    let (position, normal) = (vectors(&position, false)?, vectors(&normal, true)?);
+    let target = json!({ "POSITION": vectors(&position_change, false)?, "NORMAL": vectors(&normal_change, true)? });
 
     let sample_at = |(source, page): (&Index, &Index)| {
         let copy = carrier.pages.as_ref().and_then(|pages| pages.copies.get(&[*page, *source]).copied());

@@ -179,7 +179,7 @@ pub(super) fn exactness(settings: &BakeSettings) -> Exactness {
 
 /// Number of layers of charts above which texture coordinates are not used: nearly all vertices would need private texels, and
 /// rasterising would take as many times as long.
-const MOST_LAYERS: f64 = 16.0;
+pub(super) const MOST_LAYERS: f64 = 16.0;
 
 /// Largest side, texels, at which overlaps are counted for a layout that is not used.
 const OVERLAP_CHECK_SIDE: u32 = 1024;

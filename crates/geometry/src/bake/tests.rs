@@ -355,6 +355,7 @@ fn normal_maps_are_flat_where_charts_overlap() {
     assert!((0..50).any(|i| at(0.005 + 0.003 * f64::from(i), 0.1) != flat));
 }
 
+mod backs;
 mod carrier;
 mod last_result;
 mod pages;

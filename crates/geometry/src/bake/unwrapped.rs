@@ -16,7 +16,7 @@ impl From<UnwrapError> for BakeError {
 
 /// Cuts charts, then packs and bakes them at growing sizes until each vertex gets its height.
 pub(super) fn bake(request: &Request, displacements: &VertexDisplacements) -> Result<Bundle, BakeError> {
-    let Request { model, settings, progress, .. } = *request;
+    let Request { model, settings, progress, backs, .. } = *request;
     let charts = Charts::cut(model, &model.surface().moved_by(&displacements.deltas), progress)?;
     let sides = settings.side.map_or_else(|| map_size::sides(settings.largest_side.0), |side| vec![side]);
     let largest = sides.last().copied().unwrap_or(1);
@@ -24,6 +24,7 @@ pub(super) fn bake(request: &Request, displacements: &VertexDisplacements) -> Re
     for side in sides {
         let Some(Unwrapped { uvs, corners }) = charts.pack(side, progress)? else { continue };
         let laid_out = Model::new(model.source().with_uvs(&uvs, &corners)?, settings.welding);
+        let laid_out = laid_out.with_backs(backs.vertices().to_vec()).map_or(laid_out, |both| both.model);
         let spaced = Spacing::new(&laid_out.atlas()?).choose(&[side]);
         if spaced.reason == MapSizeReason::Crowded && side != largest {
             continue;

@@ -321,7 +321,9 @@ pub fn baked_vertices(
         Welding::Epsilon(_) if is_carrier => Welding::Exact,
         welding => welding,
     };
-    let model = Model::new(mesh.clone(), welding);
+    let one_sided = Model::new(mesh.clone(), welding);
+    let both = one_sided.with_backs(manifest.backs.indices().collect());
+    let model = both.as_ref().map_or(&one_sided, |both| &both.model);
     let carrier_normals = |carrier: &MeshData| -> Vec<Vec3> {
         let vertices = carrier_vertices(carrier, &rule, origin);
         model.weld().first().iter().map(|&v| vertices[v as usize].normal).collect()
@@ -330,7 +332,10 @@ pub fn baked_vertices(
         carrier_normals(data)
     } else {
         match manifest.normals {
-            NormalField::Source(source) => model.displacement_normals(source)?,
+            NormalField::Source(source) => {
+                let normals = one_sided.displacement_normals(source)?;
+                both.as_ref().map_or_else(|| normals.clone(), |both| both.turned(&normals))
+            }
             NormalField::Denoised | NormalField::Tilted => {
                 // The alternative would be to denoise once more.
                 let carrier = carrier().filter(|carrier| manifest::sha256(carrier.bytes()) == manifest.carrier.sha256);
@@ -346,15 +351,17 @@ pub fn baked_vertices(
         let corner_frames = tangents::tangents(model.surface(), &atlas, &normals);
         frames = tangents::at_vertices(model.surface(), &atlas, &normals, &corner_frames);
     }
-    Ok(model_vertices(&model, &DisplacementDirections { normals, frames }, manifest))
+    let weld = model.weld();
+    let frames = if needs_frames { weld.spread(&frames) } else { frames };
+    Ok(model_vertices(model, &DisplacementDirections { normals: weld.spread(&normals), frames }, manifest))
 }
 
-/// Directions along which a map displaces the vertices of a surface.
+/// Directions along which a map displaces the source vertices of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DisplacementDirections {
-    /// Unit normals; zero at vertices without one. #V×3
+    /// Unit normals; zero at vertices without one. #v×3
     pub normals: Vec<Vec3>,
-    /// Tangent frames (#V) for a map of [`MapKind::VectorTangent`]; empty for others.
+    /// Tangent frames (#v) for a map of [`MapKind::VectorTangent`]; empty for others.
     pub frames: Vec<Tangent>,
 }
 
@@ -362,12 +369,9 @@ pub struct DisplacementDirections {
 /// equal those that [`baked_vertices`] finds out from the files, at a fraction of the cost.
 pub fn model_vertices(model: &Model, directions: &DisplacementDirections, manifest: &Manifest) -> Vec<ShaderVertex> {
     let rule = SamplingRule::of(manifest);
-    let normals = model.weld().spread(&directions.normals);
-    let mut vertices = source_vertices(model.data(), &normals, &rule, manifest.displacement.origin);
-    if !directions.frames.is_empty() {
-        for (vertex, frame) in vertices.iter_mut().zip(model.weld().spread(&directions.frames)) {
-            vertex.tangent = frame;
-        }
+    let mut vertices = source_vertices(model.data(), &directions.normals, &rule, manifest.displacement.origin);
+    for (vertex, frame) in vertices.iter_mut().zip(&directions.frames) {
+        vertex.tangent = *frame;
     }
     vertices
 }

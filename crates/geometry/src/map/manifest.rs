@@ -26,6 +26,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+use crate::denoise::limits::Mask;
 use crate::denoise::{NormalField, auto};
 use crate::mesh::jagged::Index;
 use crate::mesh::weld::Welding;
@@ -51,8 +52,8 @@ pub use shading::{CurvatureEntry, OcclusionEntry, ShadingMapEntry};
 
 /// Latest version of the format that this crate reads. It also reads the earlier ones, and writes the earliest one that has every
 /// field that a reader has to know: 1 without private texels, 2 with them, 3 with pages, 4 with texture coordinates in another tile than
-/// [0, 1]².
-pub const VERSION: u64 = 4;
+/// [0, 1]², 5 with backs.
+pub const VERSION: u64 = 5;
 
 /// Largest side of a map, texels.
 pub const LARGEST_SIDE: u32 = 16384;
@@ -60,7 +61,8 @@ pub const LARGEST_SIDE: u32 = 16384;
 /// Description of a baked map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
-    /// Version of the format: 1, or 2 if there are private texels, or 3 if there are pages, or 4 if the map has a tile.
+    /// Version of the format: 1, or 2 if there are private texels, or 3 if there are pages, or 4 if the map has a tile, or 5 if there are
+    /// backs.
     pub planish: u64,
     /// Name and size of the mesh that was baked.
     pub source: SourceEntry,
@@ -82,6 +84,10 @@ pub struct Manifest {
     /// [`Layout::Uv`].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub private_texels: Vec<PrivateTexel>,
+    /// Source vertices of the backs of other faces: the map displaces them along the opposite of the normal that their vertex has in
+    /// front, by heights with the opposite sign.
+    #[serde(default, skip_serializing_if = "Mask::is_empty")]
+    pub backs: Mask,
     /// Images of the parts of the mesh; `None` if there is one image. With pages, the places of seam vertices, the private texels
     /// and the normal maps are those of each page.
     #[serde(default, skip_serializing_if = "Option::is_none")]

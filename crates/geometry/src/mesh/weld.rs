@@ -65,6 +65,17 @@ impl Weld {
         Self { vertex_of, first }
     }
 
+    /// The same welding but for some source vertices (true in `is_apart`, #v), which are welded to one another only.
+    #[must_use]
+    pub fn split(&self, is_apart: &[bool]) -> Self {
+        let mut first = vec![[Index::MAX; 2]; self.first.len()];
+        let representative = |(i, (v, is_apart)): (Index, (&Index, &bool))| {
+            let first = &mut first[*v as usize][usize::from(*is_apart)];
+            *first = (*first).min(i);
+            *first
+        };
+        Self::from_representatives((0..).zip(self.vertex_of.iter().zip(is_apart)).map(representative).collect())
+    }
     /// Vertex that each source vertex became. #v
     pub fn vertex_of(&self) -> &[Index] {
         &self.vertex_of
@@ -209,6 +220,13 @@ mod tests {
             (0..).zip(&positions).map(|(i, p)| *seen.entry(exact_key(*p)).or_insert(i)).collect();
         assert!(seen.len() > 10_000 && seen.len() < count);
         assert_eq!(first_equals(&positions), expected);
+    }
+
+    #[test]
+    fn split_vertices_are_welded_on_each_side() {
+        let weld = Weld::new(&[DVec3::X, DVec3::Y, DVec3::X, DVec3::X, DVec3::X], Welding::Exact);
+        let split = weld.split(&[false, false, true, false, true]);
+        assert_eq!((split.vertex_of(), split.first()), (&[0, 1, 2, 0, 2][..], &[0, 1, 2][..]));
     }
 
     #[test]

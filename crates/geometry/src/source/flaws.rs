@@ -16,7 +16,6 @@ use crate::source::model::Model;
 use glam::DVec3;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
 use std::fmt;
 use std::num::NonZero;
 
@@ -35,13 +34,6 @@ pub enum Flaw {
     Turned {
         /// Number of edges whose two faces have normals that point to opposite sides.
         edges: usize,
-    },
-    /// Faces have a back with vertices or texture coordinates of its own, which welding makes one surface with the front.
-    Backs {
-        /// Number of faces that repeat an earlier one with the opposite orientation.
-        faces: usize,
-        /// Line of the first such face, counted from 1; `None` if the source has no lines.
-        line: Option<u32>,
     },
     /// Vertices at the boundary are nearly at the position of another one, as after rounding.
     NearlyEqual {
@@ -63,13 +55,6 @@ pub enum Flaw {
     },
 }
 
-impl Flaw {
-    /// Returns true if the flaw matters to any use of the mesh, not just to a map.
-    pub fn concerns_denoising(&self) -> bool {
-        !matches!(self, Self::Backs { .. })
-    }
-}
-
 impl fmt::Display for Flaw {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -78,14 +63,6 @@ impl fmt::Display for Flaw {
                 write!(
                     f,
                     "{edges} {edges_lie} between faces whose normals point to opposite sides: some faces are turned over; results are better if all face outwards"
-                )
-            }
-            Self::Backs { faces, line } => {
-                let faces_are = if *faces == 1 { "face is" } else { "faces are" };
-                let first = line.map(|line| format!(", the first in line {line}")).unwrap_or_default();
-                write!(
-                    f,
-                    "{faces} {faces_are} the back of another one{first}: both get the normal of the front, and the glTF file has the front only; --weld none keeps both sides"
                 )
             }
             Self::NearlyEqual { vertices, apart, loose } => {
@@ -113,43 +90,7 @@ impl fmt::Display for Flaw {
 pub fn flaws(model: &Model) -> Vec<Flaw> {
     let turned = model.surface().topology().misoriented_edges();
     let turned = (turned > 0).then_some(Flaw::Turned { edges: turned });
-    turned.into_iter().chain(backs(model)).chain(nearly_equal(model)).chain(rounded(model)).collect()
-}
-
-/// Finds faces that repeat an earlier one the other way round.
-fn backs(model: &Model) -> Option<Flaw> {
-    let duplicates = model.duplicate_faces();
-    if duplicates.is_empty() {
-        return None;
-    }
-    let vertex_of = model.weld().vertex_of();
-    let data = model.data();
-    // Each face as a cycle that begins at its lowest vertex.
-    let cycle = |face: Index| {
-        let mut cycle: Vec<Index> = data.faces().get(face).iter().map(|c| vertex_of[c.position as usize]).collect();
-        let lowest = cycle.iter().enumerate().min_by_key(|(_, v)| **v).map_or(0, |(k, _)| k);
-        cycle.rotate_left(lowest);
-        cycle
-    };
-    let mut front: FxHashMap<Vec<Index>, Index> = FxHashMap::default();
-    let kept = 0..model.surface().topology().faces().len() as Index;
-    front.extend(kept.map(|face| model.source_face(face)).map(|face| (cycle(face), face)));
-    let has_own_corners = |face: Index, front: Index| {
-        let corners = |face: Index| {
-            let mut corners: Vec<_> = data.faces().get(face).iter().map(|c| (c.position, c.uv())).collect();
-            corners.sort_unstable();
-            corners
-        };
-        corners(face) != corners(front)
-    };
-    let is_back = |face: &&Index| {
-        let mut turned = cycle(**face);
-        turned[1..].reverse();
-        front.get(&turned).is_some_and(|&front| has_own_corners(**face, front))
-    };
-    let backs: Vec<&Index> = duplicates.iter().filter(is_back).collect();
-    let line = data.face_line(**backs.first()?);
-    Some(Flaw::Backs { faces: backs.len(), line })
+    turned.into_iter().chain(nearly_equal(model)).chain(rounded(model)).collect()
 }
 
 /// Finds vertices at the boundary that lie nearly where another one lies.
@@ -212,7 +153,7 @@ mod tests {
     #[test]
     fn a_plain_mesh_has_none() {
         assert_eq!(found(&format!("{SQUARE}f 1 2 3\nf 1 3 4\n")), []);
-        // The same face twice is no back, nor is one that shares all corners with its front.
+        // A face that is repeated is none, and neither is the back of one.
         assert_eq!(found(&format!("{SQUARE}f 1 2 3 4\nf 2 3 4 1\nf 4 3 2 1\n")), []);
     }
 
@@ -221,13 +162,6 @@ mod tests {
         let flaws = found(&format!("{SQUARE}f 1 2 3\nf 4 3 1\n"));
         assert_eq!(flaws, [Flaw::Turned { edges: 1 }]);
         assert!(flaws[0].to_string().starts_with("1 edge lies between faces whose normals"), "{}", flaws[0]);
-    }
-
-    #[test]
-    fn a_leaf_with_two_sides_is_found() {
-        let flaws = found(&format!("{SQUARE}{SQUARE}f 1 2 3 4\nf 8 7 6 5\n"));
-        assert_eq!(flaws, [Flaw::Backs { faces: 1, line: Some(10) }]);
-        assert!(flaws[0].to_string().contains("--weld none"));
     }
 
     #[test]

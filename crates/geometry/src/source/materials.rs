@@ -33,8 +33,24 @@ pub struct Material {
     pub name: String,
     /// Diffuse colour (`Kd`): linear red, green and blue.
     pub diffuse: Option<[f32; 3]>,
-    /// File of the diffuse texture (`map_Kd` without its options).
+    /// File of the diffuse texture (`map_Kd`), like all files without its options.
     pub diffuse_texture: Option<String>,
+    /// File of the opacity (`map_d`).
+    pub opacity_texture: Option<String>,
+    /// Colour of the light that the material gives off (`Ke`): linear red, green and blue.
+    pub emission: Option<[f32; 3]>,
+    /// File of the colours of that light (`map_Ke`).
+    pub emission_texture: Option<String>,
+    /// Roughness (`Pr`), 0..=1.
+    pub roughness: Option<f32>,
+    /// File of the roughness (`map_Pr`).
+    pub roughness_texture: Option<String>,
+    /// Metalness (`Pm`), 0..=1.
+    pub metallic: Option<f32>,
+    /// File of the metalness (`map_Pm`).
+    pub metallic_texture: Option<String>,
+    /// File of the normals in tangent space (`norm`).
+    pub normal_texture: Option<String>,
 }
 
 /// The material library cannot be read; the text says why.
@@ -47,8 +63,23 @@ pub fn read(bytes: &[u8]) -> Result<Vec<Material>, MaterialError> {
     let plain = plain_colours(bytes);
     let (materials, _) = tobj::load_mtl_buf(&mut plain.as_slice()).map_err(|e| MaterialError(e.to_string()))?;
     let convert = |m: tobj::Material| {
-        let diffuse_texture = m.diffuse_texture.map(|t| file_name(&t).to_owned());
-        Material { name: m.name, diffuse: m.diffuse, diffuse_texture }
+        let others = m.unknown_param;
+        let file = |arguments: &String| Some(file_name(arguments).to_owned()).filter(|name| !name.is_empty());
+        let other = |keyword: &str| others.get(keyword).and_then(file);
+        let number = |keyword: &str| others.get(keyword)?.split_whitespace().next()?.parse().ok();
+        Material {
+            name: m.name,
+            diffuse: m.diffuse,
+            diffuse_texture: m.diffuse_texture.as_ref().and_then(file),
+            opacity_texture: m.dissolve_texture.as_ref().and_then(file),
+            emission: m.emissive,
+            emission_texture: other("map_Ke"),
+            roughness: number("Pr"),
+            roughness_texture: other("map_Pr"),
+            metallic: number("Pm"),
+            metallic_texture: other("map_Pm"),
+            normal_texture: other("norm"),
+        }
     };
     Ok(materials.into_iter().map(convert).collect())
 }

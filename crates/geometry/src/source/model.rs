@@ -76,10 +76,14 @@ impl WeldedSurface {
 
     /// Connects faces of welded vertices.
     fn connected(positions: &[DVec3], weld: Weld, faces: Ragged<Index>) -> Self {
-        let count = weld.first().len();
-        let mut tidy = topology::tidy(count, faces);
-        let topology = tidy.connect(count);
         let positions = weld.first().par_iter().map(|&v| positions[v as usize]).collect();
+        Self::of_vertices(positions, weld, faces)
+    }
+
+    /// Connects faces of vertices with these positions (#V×3, model units).
+    fn of_vertices(positions: Vec<DVec3>, weld: Weld, faces: Ragged<Index>) -> Self {
+        let mut tidy = topology::tidy(positions.len(), faces);
+        let topology = tidy.connect(positions.len());
         Self { surface: Surface::new(topology, positions), weld, tidy }
     }
 }
@@ -127,6 +131,11 @@ impl Model {
         let faces = data.faces().map(|corner| weld.vertex_of()[corner.position as usize]);
         let WeldedSurface { weld, surface, tidy } = WeldedSurface::connected(data.positions(), weld, faces);
         Self { source, weld, surface, tidy }
+    }
+    /// The mesh welded in another way, with these faces of its vertices and with their positions (#V×3, model units).
+    pub(super) fn welded_as(&self, weld: Weld, faces: Ragged<Index>, positions: Vec<DVec3>) -> Self {
+        let WeldedSurface { weld, surface, tidy } = WeldedSurface::of_vertices(positions, weld, faces);
+        Self { source: self.source.clone(), weld, surface, tidy }
     }
     /// The mesh as it was given.
     pub fn source(&self) -> &Source {

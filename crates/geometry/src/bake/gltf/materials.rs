@@ -1,7 +1,9 @@
 //! Materials of a glTF file, with their textures and images.
 
 use super::glb::{self, Buffer};
-use super::{Carrier, Filter, Map, ShadingMap, Textures};
+use super::wedges::{Group, Sides};
+use super::{Carrier, Filter, Map, Picture, ShadingMap, Textures};
+use crate::map::displacement::MapKind;
 use crate::map::manifest::Layout;
 use crate::map::pages::Part;
 use crate::mesh::jagged::Index;
@@ -9,6 +11,8 @@ use crate::source::gltf::percent_decoded;
 use crate::source::materials::{CARRIER_MATERIAL, Material};
 use rustc_hash::FxHashMap;
 use serde_json::{Map as Object, Value, json};
+
+mod properties;
 
 /// Base colour of materials without one, as for [`CARRIER_MATERIAL`] in material libraries.
 const GREY: [f32; 3] = [0.8; 3];
@@ -86,10 +90,27 @@ pub(super) struct Materials<'a> {
     sets: Sets,
     /// Materials of the document that describe the maps, by their index in the source, `None` for the default one, and the page.
     described: FxHashMap<(Option<usize>, Index), usize>,
-    /// Textures by file name; `None` if the file does not exist or glTF does not allow its type.
-    known: FxHashMap<String, Option<usize>>,
+    /// Textures by their pictures; `None` if there is none or glTF does not allow its type.
+    known: FxHashMap<Picture<'a>, Option<usize>>,
     /// Materials of the libraries by their name; if several define one, the first counts.
     defined: FxHashMap<&'a str, &'a Material>,
+}
+
+/// Description of the maps for faces whose normals are turned round: heights have the opposite sign. Vectors in object space stay. What
+/// cannot be said in other numbers is left out: vectors in tangent space and maps of shading.
+fn turned(extras: &Value) -> Value {
+    let mut map = extras["displacement"].clone();
+    if map["map"] == json!(MapKind::VectorTangent) {
+        return json!({});
+    }
+    if map["map"] != json!(MapKind::VectorObject) {
+        for number in ["bias", "scale"] {
+            if let Some(value) = map[number].as_f64() {
+                map[number] = (-value).into();
+            }
+        }
+    }
+    json!({ "displacement": map })
 }
 
 impl<'a> Materials<'a> {
@@ -205,7 +226,7 @@ impl<'a> Materials<'a> {
         for image in &mut self.images {
             let Some(uri) = image["uri"].as_str().filter(|uri| !uri.starts_with("data:")) else { continue };
             let path = percent_decoded(uri);
-            match files(&path) {
+            match files(Picture::File(&path)) {
                 Some(bytes) => {
                     let mut entry = Object::new();
                     entry.insert("mimeType".to_owned(), media_type(&bytes).into());
@@ -289,47 +310,43 @@ impl<'a> Materials<'a> {
         self.textures.push(texture);
         self.textures.len() - 1
     }
-    /// Index of the texture of an image file; `None` if the file cannot be used.
-    fn colours(&mut self, buffer: &mut Buffer, file: &str) -> Option<usize> {
-        if let Some(texture) = self.known.get(file) {
+    /// Index of the texture of a picture; `None` if it cannot be used.
+    fn picture(&mut self, buffer: &mut Buffer, picture: Picture<'a>) -> Option<usize> {
+        if let Some(texture) = self.known.get(&picture) {
             return *texture;
         }
-        let bytes = self.files?(file).filter(|bytes| is_texture(media_type(bytes)));
+        let bytes = self.files?(picture).filter(|bytes| is_texture(media_type(bytes)));
         let texture = bytes.map(|bytes| {
-            let image = self.image(buffer, file, &bytes);
+            let image = self.image(buffer, &picture.name(), &bytes);
             self.texture(json!({ "source": image }))
         });
-        self.known.insert(file.to_owned(), texture);
+        self.known.insert(picture, texture);
         texture
     }
 
-    /// Adds a material of the mesh, or the default material for `None`, for a page, and returns its index.
-    pub(super) fn add(&mut self, buffer: &mut Buffer, page: Index, material: Option<Index>) -> usize {
+    /// Adds the material of a group of triangles, which is the default material where the mesh has none, and returns its index.
+    pub(super) fn add(&mut self, buffer: &mut Buffer, group: &Group) -> usize {
+        let Group { page, material, sides, .. } = *group;
         let names = &self.carrier.model.data().materials();
         let name = material.map_or(CARRIER_MATERIAL.into(), |m| String::from_utf8_lossy(&names[m as usize]));
         let found = material.and_then(|_| self.defined.get(name.as_ref()).copied());
-        let texture = found.and_then(|m| m.diffuse_texture.as_ref()).and_then(|file| self.colours(buffer, file));
-        let default = if texture.is_some() { [1.0; 3] } else { GREY };
-        let diffuse = found.and_then(|m| m.diffuse).filter(|c| c.iter().all(|x| x.is_finite())).unwrap_or(default);
-        let [r, g, b] = diffuse.map(|x| x.clamp(0.0, 1.0));
-        let mut shading =
-            json!({ "baseColorFactor": [r, g, b, 1.0], "metallicFactor": 0.0, "roughnessFactor": ROUGHNESS });
-        if let Some(texture) = texture {
-            shading["baseColorTexture"] = json!({ "index": texture });
-        }
+        let mut entry = self.properties(buffer, found);
         let part = self.carrier.pages.as_ref().map(|pages| &pages.of_faces.parts()[page as usize]);
         // One material of the mesh may be on several tiles.
         let name = match part {
             Some(Part::Tile(tile)) => format!("{name}.{tile}").into(),
             _ => name,
         };
-        let mut entry = json!({ "name": name, "pbrMetallicRoughness": shading, "doubleSided": true });
-        if let Some(texture) = self.occlusion {
+        entry["name"] = name.into();
+        entry["doubleSided"] = (sides == Sides::Both).into();
+        // Maps of shading hold the front where a back shares its texels, and nothing where it has others.
+        if let Some(texture) = self.occlusion.filter(|_| sides != Sides::OneTurned) {
             entry["occlusionTexture"] = json!({ "index": texture });
         }
         // The normal map is described, not attached as `normalTexture`: it changes the normals to those of the denoised
         // surface, which the morph target does as well, and together they would do it twice.
-        entry["extras"] = json!({ "planish": self.extras[page as usize] });
+        let extras = &self.extras[page as usize];
+        entry["extras"] = json!({ "planish": if sides == Sides::OneTurned { turned(extras) } else { extras.clone() } });
         self.materials.push(entry);
         self.materials.len() - 1
     }

@@ -8,7 +8,8 @@ use crate::source::materials::CARRIER_MATERIAL;
 use crate::source::model::NormalSource;
 use crate::source::obj::Obj;
 use glam::DVec2;
-use std::cell::RefCell;
+
+mod materials;
 
 const PNG: &[u8] = b"\x89PNG\r\n\x1a\n, as far as this goes";
 const EXR: &[u8] = b"\x76\x2f\x31\x01\x02";
@@ -90,6 +91,7 @@ struct Owned {
     denoised: Vec<DVec3>,
     denoised_normals: Vec<DVec3>,
     materials: Vec<Material>,
+    backs: Backs,
 }
 
 impl Owned {
@@ -105,7 +107,7 @@ impl Owned {
         let denoised_normals = normals::vertex_normals(&surface.at(denoised.clone()), FaceWeight::Angle);
         let sample = |i: usize| (i % 5 != 4).then(|| Vec2::new(0.125 + i as f32 / 1024.0, 0.25));
         let samples = (0..model.data().positions().len()).map(sample).collect();
-        Self { model, normals, samples, denoised, denoised_normals, materials: Vec::new() }
+        Self { model, normals, samples, denoised, denoised_normals, materials: Vec::new(), backs: Backs::default() }
     }
     fn carrier(&self) -> Carrier<'_> {
         let Value::Object(entry) = json!({ "file": "a.png", "layout": "uv", "bias": -0.5 }) else { unreachable!() };
@@ -113,6 +115,7 @@ impl Owned {
             name: "a",
             relocate: &str::to_owned,
             model: &self.model,
+            backs: &self.backs,
             original: None,
             normals: &self.normals,
             sample_at: &self.samples,
@@ -135,7 +138,7 @@ impl Owned {
     }
 }
 
-fn no_files(_: &str) -> Option<Vec<u8>> {
+fn no_files(_: Picture) -> Option<Vec<u8>> {
     None
 }
 
@@ -215,7 +218,7 @@ fn triangles_show_what_the_model_has_material_by_material_in_its_order() {
 #[test]
 fn vertices_are_the_distinct_pairs_in_order() {
     let owned = Owned::new(UNRULY);
-    let wedges = Wedges::new(&owned.model, &|_| 0);
+    let wedges = Wedges::new(&owned.model, &owned.backs, &|_| 0);
     let pairs: Vec<_> = wedges.sources.iter().zip(&wedges.uvs).collect();
     assert!(pairs.is_sorted_by(|a, b| a < b), "{pairs:?}");
     let corners = 0..owned.model.surface().topology().faces().items().len() as Index;
@@ -231,7 +234,7 @@ fn weight_one_is_the_denoised_surface() {
     for (owned, origin) in family() {
         let parsed = written(&owned, origin);
         let vertex = |line: Index| owned.model.weld().vertex_of()[line as usize] as usize;
-        let wedges = Wedges::new(&owned.model, &|_| 0);
+        let wedges = Wedges::new(&owned.model, &owned.backs, &|_| 0);
         let morphed = |name: &str| {
             let base = parsed.attribute::<3>(name).into_iter().map(Vec3::from);
             base.zip(parsed.target(name)).map(|(base, delta)| base + Vec3::from(delta)).collect::<Vec<_>>()
@@ -278,6 +281,7 @@ fn colours_of_vertices_are_linear() {
     let carrier = Carrier {
         name: "a",
         model: &model,
+        backs: &Backs::default(),
         original: None,
         normals: &normals,
         sample_at: &samples,
@@ -370,44 +374,6 @@ fn a_map_that_is_no_texture_is_a_view() {
         assert_eq!((&entry["mimeType"], parsed.view(&entry["bufferView"])), (&json!(kind), bytes));
         assert!(["textures", "images", "samplers"].iter().all(|list| parsed.json.get(list).is_none()));
     }
-}
-
-#[test]
-fn materials_are_those_of_the_library_and_share_their_images() {
-    let mut owned = Owned::new(
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 9 9 9\nvt 0 0\nf 1/1 2/1 3/1\nusemtl skin\nf 1/1 2/1 4/1\nusemtl nails\n\
-         f 2/1 3/1 4/1\nusemtl hair\nf 1/1 3/1 4/1\nusemtl lost\nf 1/1 4/1 3/1 2/1\nusemtl broken\nf 1/1 2/1 5/1\n",
-    );
-    let library = "newmtl skin\nKd 0.5 0.25 7\nmap_Kd a.jpg\nnewmtl hair\nmap_Kd a.jpg\nnewmtl nails\nKd -1 0 1\n\
-                   map_Kd gone.png\nnewmtl broken\nKd nan 0 0\nmap_Kd a.txt\nnewmtl skin\nKd 0 0 0\n";
-    owned.materials = crate::source::materials::read(library.as_bytes()).unwrap();
-    let asked = RefCell::new(Vec::new());
-    let files = |name: &str| {
-        asked.borrow_mut().push(name.to_owned());
-        match name {
-            "a.jpg" => Some(b"\xff\xd8\xff.".to_vec()),
-            "a.txt" => Some(b"words".to_vec()),
-            _ => None,
-        }
-    };
-    let parsed = Parsed::new(&glb(&owned.carrier(), &files).unwrap());
-    let shading = |name: &str| {
-        let material = parsed.material(name);
-        assert_eq!(material["doubleSided"], true);
-        let shading = &material["pbrMetallicRoughness"];
-        assert_eq!(shading["metallicFactor"], 0.0);
-        (shading["baseColorFactor"].clone(), shading["baseColorTexture"]["index"].as_u64())
-    };
-    let grey = json!([0.8_f32, 0.8_f32, 0.8_f32, 1.0]);
-    assert_eq!(shading("skin"), (json!([0.5, 0.25, 1.0, 1.0]), Some(1)));
-    assert_eq!(shading("hair"), (json!([1.0, 1.0, 1.0, 1.0]), Some(1)));
-    assert_eq!(shading("nails"), (json!([0.0, 0.0, 1.0, 1.0]), None));
-    for name in ["lost", "broken", "planish"] {
-        assert_eq!(shading(name), (grey.clone(), None), "{name}");
-    }
-    assert_eq!(parsed.json["images"].as_array().unwrap().len(), 2);
-    assert_eq!(parsed.json["images"][1]["mimeType"], "image/jpeg");
-    assert_eq!(*asked.borrow(), ["a.jpg", "gone.png", "a.txt"]);
 }
 
 #[test]

@@ -74,6 +74,9 @@ impl Manifest {
         ensure(is_near && (tile == IVec2::ZERO || self.pages.is_none()), "displacement.tile", {
             format!("{tile} is farther than {FARTHEST_TILE} tiles away, or goes with pages")
         })?;
+        let highest = self.backs.highest() as usize;
+        let problem = format!("names {highest}, but there are {} vertices", self.source.vertices);
+        ensure(highest <= self.source.vertices, "backs", problem)?;
         if let Some(pages) = &self.pages {
             pages.check(self).map_err(|problem| ManifestError::Value { field: "pages", problem })?;
         }

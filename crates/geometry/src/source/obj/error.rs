@@ -32,6 +32,12 @@ pub enum ObjErrorKind {
     /// The file has no `f` statement.
     #[error("no faces: there is no `f` statement, and planish works on surfaces")]
     NoFaces,
+    /// The file has no `v` or no `f` statement, but a line begins with the letter as a capital.
+    #[error("`{}` is no keyword of OBJ, and other programs skip such lines: write `{keyword}`", keyword.to_uppercase())]
+    Capital {
+        /// Keyword of OBJ: `v` or `f`.
+        keyword: &'static str,
+    },
     /// The file has the byte order mark of UTF-16.
     #[error("this is UTF-16 text: save it as UTF-8")]
     Utf16,

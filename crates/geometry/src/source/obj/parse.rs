@@ -34,11 +34,26 @@ pub(super) fn parse_in_pieces(bytes: Vec<u8>, size: usize) -> Result<Obj, ObjErr
             return whole(ObjErrorKind::Utf16);
         }
         let zero = memchr::memchr(0, &bytes[..bytes.len().min(SNIFFED)]);
-        zero.map_or(e, |offset| whole(ObjErrorKind::Binary { offset }))
+        zero.map_or_else(|| with_capital(e, &bytes), |offset| whole(ObjErrorKind::Binary { offset }))
     });
     let (contents, notes) = read?;
     let Contents { data, non_finite_uvs, extras, pieces, .. } = contents;
     Ok(Obj { bytes, data, non_finite_uvs, extras, notes, pieces })
+}
+
+/// The error of a file that lacks vertices or faces, with the line where their keyword is written as a capital, if there is one.
+fn with_capital(error: ObjError, bytes: &[u8]) -> ObjError {
+    let keyword = match error.kind {
+        ObjErrorKind::NoVertices => "v",
+        ObjErrorKind::NoFaces => "f",
+        _ => return error,
+    };
+    let capital = keyword.to_uppercase();
+    let is_capital = |word: &[u8]| word == capital.as_bytes();
+    match scan::Statements::new(bytes).find(|statement| is_capital(&bytes[statement.keyword.clone()])) {
+        Some(statement) => ObjError { line: Some(statement.line), kind: ObjErrorKind::Capital { keyword } },
+        None => error,
+    }
 }
 
 fn read(bytes: &[u8], size: usize) -> Result<Contents, ObjError> {

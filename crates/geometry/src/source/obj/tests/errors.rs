@@ -33,6 +33,17 @@ fn no_vertices() {
 }
 
 #[test]
+fn capitals_are_told() {
+    let capital = |obj: &str| error(obj.as_bytes());
+    assert_eq!(capital("# a\nV 0 0 0\nV 1 0 0\nF 1 2 3\n"), (Some(2), Capital { keyword: "v" }));
+    assert_eq!(capital(&format!("{THREE}VT 0 0\nF 1 2 3\n")), (Some(5), Capital { keyword: "f" }));
+    let text = Obj::parse(b"V 0 0 0\n".to_vec()).unwrap_err().to_string();
+    assert_eq!(text, "line 1: `V` is no keyword of OBJ, and other programs skip such lines: write `v`");
+    // A file that has both is none of these: readers skip what they do not know.
+    assert_eq!(capital(&format!("{THREE}V 1 2 3\nl 1 2\n")), (None, NoFaces));
+}
+
+#[test]
 fn no_faces() {
     assert_eq!(error(format!("{THREE}l 1 2\np 3\n")), (None, NoFaces));
 }
