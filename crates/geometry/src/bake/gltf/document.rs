@@ -1,4 +1,4 @@
-//! A glTF document on its way into a file. Its long lists are kept as text, which takes a tenth of the memory that values take: a mesh may
+//! A glTF document on its way into a file. Its long lists are kept as text, which takes less memory than values: a mesh may
 //! have as many materials as faces.
 
 use serde::ser::{Serialize, SerializeMap, Serializer};
