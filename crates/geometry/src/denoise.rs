@@ -37,6 +37,7 @@ pub mod limits;
 mod map;
 mod method;
 mod motion;
+mod near;
 mod no_data;
 mod noise_field;
 mod noise_level;

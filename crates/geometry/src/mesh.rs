@@ -22,6 +22,7 @@ pub mod curvature;
 pub mod jagged;
 pub mod laplacian;
 pub(crate) mod locality;
+pub(crate) mod nearest;
 pub mod normals;
 pub mod orientation;
 pub mod polygon;

@@ -26,6 +26,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod document;
 mod glb;
 mod kept;
 mod materials;
@@ -40,10 +41,12 @@ use crate::source::backs::Backs;
 use crate::source::colours;
 use crate::source::materials::Material;
 use crate::source::model::Model;
+use document::{Document, Entry};
 use glam::{DVec3, Vec2, Vec3};
 use materials::Materials;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
+use serde::Serialize;
 use serde_json::{Map as Object, Value, json};
 use wedges::Wedges;
 
@@ -246,36 +249,47 @@ pub fn glb(carrier: &Carrier, textures: Textures) -> Result<Vec<u8>, GltfError> 
     let expected = wedges.len() * 64 + wedges.triangle_count() * 12 + carrier.map.bytes.len();
     let mut buffer = glb::Buffer::with_capacity(expected);
     let mut node = json!({ "name": carrier.name });
-    let mut document = Object::new();
+    let mut document = Document::default();
     let generator = concat!("planish ", env!("CARGO_PKG_VERSION"));
-    document.insert("asset".to_owned(), json!({ "version": "2.0", "generator": generator }));
-    document.insert("scene".to_owned(), 0.into());
-    document.insert("scenes".to_owned(), json!([{ "nodes": [0] }]));
+    document.insert("asset", json!({ "version": "2.0", "generator": generator }));
+    document.insert("scene", 0.into());
+    document.insert("scenes", json!([{ "nodes": [0] }]));
     if wedges.triangle_count() > 0 {
         let (attributes, target) = attributes(carrier, &wedges, &mut buffer)?;
         let mut materials = Materials::new(&mut buffer, carrier, wedges.have_uvs().then_some(textures));
         let mut primitives = Vec::new();
         for group in wedges.groups() {
-            primitives.push(json!({
+            primitives.push(Entry::of(&json!({
                 "attributes": attributes,
                 "indices": buffer.indices(group.triangles, wedges.len()),
                 "material": materials.add(&mut buffer, &group),
                 "targets": [target],
-            }));
+            })));
         }
         node["mesh"] = 0.into();
         if carrier.origin != DVec3::ZERO {
             node["translation"] = json!(carrier.origin.to_array());
         }
-        let mesh = json!({
-            "name": carrier.name, "primitives": primitives, "weights": [carrier.lambda],
-            "extras": { "targetNames": [TARGET] },
-        });
-        document.insert("meshes".to_owned(), json!([mesh]));
+        let mesh = Mesh {
+            name: carrier.name,
+            primitives,
+            weights: [carrier.lambda],
+            extras: json!({ "targetNames": [TARGET] }),
+        };
+        document.insert_list("meshes", vec![Entry::of(&mesh)]);
         materials.insert_into(&mut document);
     }
-    document.insert("nodes".to_owned(), json!([node]));
+    document.insert("nodes", json!([node]));
     Ok(buffer.finish(document)?)
+}
+
+/// The mesh of a document that planish makes.
+#[derive(Serialize)]
+struct Mesh<'a> {
+    name: &'a str,
+    primitives: Vec<Entry>,
+    weights: [f64; 1],
+    extras: Value,
 }
 
 /// Accessors of the vertex attributes and of the morph target.

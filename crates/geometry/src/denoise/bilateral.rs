@@ -8,8 +8,8 @@
 
 use super::boundary::{BOUNDARY, Boundary};
 use super::method::{DenoiseMethod, MethodInfo, Reference};
+use super::near::{self, NearLists, Room};
 use super::parameters::Parameter;
-use super::triangle_mesh::flood_fill;
 use crate::mesh::jagged::Index;
 use crate::mesh::normals::{self, FaceWeight};
 use crate::mesh::surface::Surface;
@@ -74,21 +74,32 @@ pub(super) fn deltas(
     for done in 1..=settings.iterations {
         progress.check()?;
         let normals = normals::vertex_normals(&current, FaceWeight::Uniform);
-        let step = |list: &mut Vec<Index>, v: Index| {
+        let near = NearLists::new(topology.rings(), current.positions());
+        let step = |room: &mut (Room, Vec<Index>), v: Index| {
             let p = current.positions()[v as usize];
             let stays = settings.boundary == Boundary::Fixed && topology.is_boundary(v);
-            if stays { p } else { p + normals[v as usize] * lift(&current, v, normals[v as usize], list) }
+            if stays { p } else { p + normals[v as usize] * lift(&current, &near, v, normals[v as usize], room) }
         };
         let vertices = (0..topology.vertex_count() as Index).into_par_iter().with_min_len(256);
-        let next = vertices.map_init(Vec::new, step).collect();
+        let next = vertices.map_init(Default::default, step).collect();
         current = current.at(next);
         progress.done(f64::from(done) / f64::from(settings.iterations));
     }
     Ok(surface.positions().iter().zip(current.positions()).map(|(p, x)| *p - x).collect())
 }
 
-/// Displacement of a vertex along its normal in one step, model units. `list` is scratch memory.
-fn lift(surface: &Surface, vertex: Index, normal: DVec3, list: &mut Vec<Index>) -> f64 {
+/// Largest number of vertices that are averaged around one, unless it has more neighbours. Within twice the shortest edge there are some
+/// ten.
+const MOST: usize = 256;
+
+/// Displacement of a vertex along its normal in one step, model units. `room` is scratch memory.
+fn lift(
+    surface: &Surface,
+    near: &NearLists,
+    vertex: Index,
+    normal: DVec3,
+    (room, list): &mut (Room, Vec<Index>),
+) -> f64 {
     let (positions, rings) = (surface.positions(), surface.topology().rings());
     let p = positions[vertex as usize];
     let squared = |v: Index| positions[v as usize].distance_squared(p);
@@ -98,7 +109,12 @@ fn lift(surface: &Surface, vertex: Index, normal: DVec3, list: &mut Vec<Index>) 
         return 0.0;
     }
     list.clear();
-    flood_fill(vertex, list, |v| rings.get(v), |v| squared(v) <= 4.0 * nearest);
+    let inside = |v: Index| squared(v) <= 4.0 * nearest;
+    // Its own neighbours are around a vertex on all sides, and some of them would pull it to one.
+    let most = MOST.max(rings.get(vertex).len() + 1);
+    if !near::flood_fill(vertex, list, most, |v| rings.get(v), inside) {
+        near::fill_nearest(vertex, list, most, near, |v| [v], inside, room);
+    }
     let height = |v: Index| (positions[v as usize] - p).dot(normal);
     let count = list.len() as f64;
     let mean = list.iter().map(|&v| height(v).abs()).sum::<f64>() / count;
@@ -145,5 +161,22 @@ mod tests {
         let (before, after) = (squares(&|v| lifted[v].z), squares(&|v| lifted[v].z - deltas[v].z));
         // A mean over seven vertices leaves a seventh after one step; weights by height make it less of a mean.
         assert!(after < before / 3.0, "{before:e} {after:e}");
+    }
+
+    #[test]
+    fn vertices_around_a_crowded_one_do_not_all_look_at_each_other() {
+        // Tips of pages that are all within twice the shortest edge of each other. The square of their number would be too many looks.
+        let count = 20_000;
+        let tip = |k: u32| glam::DVec2::from_angle(f64::from(k) * std::f64::consts::TAU / f64::from(count)).extend(0.5);
+        let positions: Vec<DVec3> = [DVec3::ZERO, DVec3::Z * 3.0].into_iter().chain((0..count).map(tip)).collect();
+        let pages = (0..count).map(|k| vec![0, 1, 2 + k]).collect();
+        let book = Surface::new(crate::mesh::topology::Topology::new(positions.len(), pages), positions);
+        let found = deltas(&book, &Bilateral::paper(), &Silent).unwrap();
+        assert!(found.iter().all(|delta| delta.length() < 0.1), "{found:?}");
+        let near = NearLists::new(book.topology().rings(), book.positions());
+        let mut room = (Room::default(), Vec::new());
+        lift(&book, &near, 500, DVec3::Z, &mut room);
+        // The vertex itself, the nearer end of the edge and the nearest tips.
+        assert!(room.1.len() <= near::MOST_IN_LIST + 2 && room.1.contains(&499) && room.1.contains(&501));
     }
 }

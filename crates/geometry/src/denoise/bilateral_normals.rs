@@ -172,7 +172,7 @@ pub(super) fn filtered(
     progress: &dyn Progress,
 ) -> Result<Vec<DVec3>, Cancelled> {
     let neighbours = match settings.neighbours {
-        Neighbours::Vertex => mesh.vertex_neighbours(),
+        Neighbours::Vertex => mesh.vertex_neighbours(&geometry.centroids),
         Neighbours::Edge => mesh.edge_neighbours(),
     };
     let sigma_spatial = settings.sigma_spatial * geometry.mean_centroid_distance(mesh);

@@ -113,14 +113,14 @@ pub(super) fn deltas(
     let mut updater = Updater::new(surface, &mesh, settings.vertex_update);
     let mut geometry = FaceGeometry::of(&mesh, surface.positions());
     let neighbours = {
-        let around =
-            mesh.neighbours_within(settings.radius * geometry.mean_centroid_distance(&mesh), &geometry.centroids);
+        let radius = settings.radius * geometry.mean_centroid_distance(&mesh);
+        let around = mesh.neighbours_within(radius, most_within(settings.radius), &geometry.centroids);
         build_lists(mesh.face_count(), |f, list| {
             list.extend(around.get(f));
             list.push(f);
         })
     };
-    let patches = Patches::of(&mesh);
+    let patches = Patches::of(&mesh, &geometry.centroids);
     let mut guidance = Guidance::new(&patches);
     let mut filtered = geometry.normals.clone();
     for done in 1..=settings.iterations {
@@ -140,7 +140,13 @@ pub(super) fn deltas(
     Ok(updater.deltas())
 }
 
-/// Patches: each face with the faces that share a vertex with it.
+/// Largest number of faces that are averaged around a face within a radius, in mean distances of neighbouring faces: 26 times as many
+/// as lie there in a mesh of equilateral triangles. Slivers, and meshes with a vertex far away, have any number.
+fn most_within(radius: f64) -> usize {
+    (64.0 * radius * radius).ceil() as usize
+}
+
+/// Patches: each face with the faces that share a vertex with it, see [`TriangleMesh::vertex_neighbours`].
 struct Patches {
     /// Faces of each patch, ascending, with the face itself at the end. #T lists
     members: Ragged<Index>,
@@ -151,8 +157,9 @@ struct Patches {
 }
 
 impl Patches {
-    fn of(mesh: &TriangleMesh) -> Self {
-        let vertex_neighbours = mesh.vertex_neighbours();
+    /// Patches of a mesh whose faces have these centroids. #T×3
+    fn of(mesh: &TriangleMesh, centroids: &[DVec3]) -> Self {
+        let vertex_neighbours = mesh.vertex_neighbours(centroids);
         let members = build_lists(mesh.face_count(), |f, list| {
             list.extend(vertex_neighbours.get(f));
             list.push(f);
@@ -233,8 +240,9 @@ impl Guidance {
 pub(super) struct PatchGuidance(Patches);
 
 impl PatchGuidance {
-    pub(super) fn of(mesh: &TriangleMesh) -> Self {
-        Self(Patches::of(mesh))
+    /// Guidance for a mesh whose faces have these centroids. #T×3
+    pub(super) fn of(mesh: &TriangleMesh, centroids: &[DVec3]) -> Self {
+        Self(Patches::of(mesh, centroids))
     }
 
     /// Guidance normal of each face, and the inconsistency H of its own patch and of the one that gives the guidance. #T

@@ -248,13 +248,14 @@ impl<'a> Cascade<'a> {
         let input: Vec<DVec3> =
             positions.iter().zip(&frames).map(|(p, (centre, unit))| (*p - *centre) / *unit).collect();
         let units = frames.into_iter().map(|(_, unit)| unit).collect();
+        let input_faces = FaceGeometry::of(mesh, &input);
         Self {
             mesh,
-            adjacency: Adjacency::of(mesh),
-            patches: PatchGuidance::of(mesh),
+            adjacency: Adjacency::of(mesh, &input_faces.centroids),
+            patches: PatchGuidance::of(mesh, &input_faces.centroids),
             units,
             fixed,
-            input_faces: FaceGeometry::of(mesh, &input),
+            input_faces,
             positions: input.clone(),
             input,
             normals: None,

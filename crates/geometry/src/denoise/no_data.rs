@@ -15,8 +15,9 @@ pub(super) fn marks(surface: &Surface) -> Option<Vec<bool>> {
     if has_even_edges(surface) {
         return None;
     }
-    let marks: Vec<bool> =
-        (0..surface.positions().len() as Index).into_par_iter().map(|v| is_mark(surface, v)).collect();
+    let vertices = (0..surface.positions().len() as Index).into_par_iter();
+    let shortest: Vec<Shortest> = vertices.clone().map(|v| Shortest::at(surface, v)).collect();
+    let marks: Vec<bool> = vertices.map(|v| is_mark(surface, &shortest, v)).collect();
     marks.contains(&true).then_some(marks)
 }
 
@@ -39,22 +40,57 @@ fn has_even_edges(surface: &Surface) -> bool {
     longest <= ratio * ratio * shortest
 }
 
+/// Shortest edges at a vertex, which are looked at once, because each of its neighbours asks for them.
+struct Shortest {
+    /// Other end of the shortest edge.
+    end: Index,
+    /// Lengths of the shortest edge and of the next one, model units; infinite if there is none.
+    lengths: [f64; 2],
+}
+
+impl Shortest {
+    fn at(surface: &Surface, v: Index) -> Self {
+        let p = surface.positions()[v as usize];
+        let mut found = Self { end: Index::MAX, lengths: [f64::INFINITY; 2] };
+        for &w in surface.topology().rings().get(v) {
+            let length = p.distance(surface.positions()[w as usize]);
+            if length < found.lengths[0] {
+                found = Self { end: w, lengths: [length, found.lengths[0]] };
+            } else if length < found.lengths[1] {
+                found.lengths[1] = length;
+            }
+        }
+        found
+    }
+
+    /// Length of the shortest edge that does not end at `v`.
+    fn beyond(&self, v: Index) -> f64 {
+        self.lengths[usize::from(self.end == v)]
+    }
+}
+
 /// True for a vertex that is far from the middle of its two rings, in lengths of the edges that do not end at it. Medians stand
 /// that some of the others are marks, too.
-fn is_mark(surface: &Surface, v: Index) -> bool {
+fn is_mark(surface: &Surface, shortest: &[Shortest], v: Index) -> bool {
     /// Least number of vertices that a median can be taken of.
     const FEWEST: usize = 6;
+    /// Most neighbours of a neighbour that are looked at; of more, some that stand in its ring at equal steps.
+    const MOST: usize = 256;
     let rings = surface.topology().rings();
     let at = |v: Index| surface.positions()[v as usize];
     let ring = rings.get(v);
-    let lengths_beyond = |w: Index| rings.get(w).iter().filter(move |x| **x != v).map(move |&x| at(w).distance(at(x)));
+    let some = |w: Index| {
+        let ring = rings.get(w);
+        ring.iter().step_by(ring.len().div_ceil(MOST).max(1))
+    };
+    let lengths_beyond = |w: Index| some(w).filter(move |x| **x != v).map(move |&x| at(w).distance(at(x)));
     // Nearly all vertices are near a neighbour, and need no closer look.
     let typical = median(ring.iter().map(|&w| at(v).distance(at(w))).collect());
-    let is_far_for = |w: &&Index| lengths_beyond(**w).any(|length| LEAST / 2.0 * length < typical);
+    let is_far_for = |w: &&Index| LEAST / 2.0 * shortest[**w as usize].beyond(v) < typical;
     if typical == 0.0 || 2 * ring.iter().filter(is_far_for).count() < ring.len() {
         return false;
     }
-    let mut around: Vec<Index> = ring.iter().flat_map(|&w| rings.get(w)).chain(ring).copied().collect();
+    let mut around: Vec<Index> = ring.iter().flat_map(|&w| some(w)).chain(ring).copied().collect();
     around.sort_unstable();
     around.dedup();
     around.retain(|&w| w != v);
@@ -119,5 +155,34 @@ mod tests {
             faces.push([k, (k + 1) % 400, 400]);
         });
         assert!(marks(&Surface::new(Topology::new(401, faces), positions)).is_none());
+    }
+
+    #[test]
+    fn neighbours_of_a_crowded_vertex_do_not_look_at_all_its_edges() {
+        // With a look at each edge of the middle from each vertex of the rim, or at each page from each page, this would not end.
+        let crowd = |count: u32, faces: Ragged<Index>| {
+            let rim = (0..count).map(|k| f64::from(k) * std::f64::consts::TAU / f64::from(count));
+            let rim = rim.map(|a| DVec3::new(a.cos(), a.sin(), 0.0));
+            let positions: Vec<_> = [DVec3::ZERO, DVec3::Z * 1e-3].into_iter().chain(rim).collect();
+            Surface::new(Topology::new(positions.len(), faces), positions)
+        };
+        let fan = (0..200_000).map(|k| vec![0, 2 + k, 2 + (k + 1) % 200_000]).collect();
+        assert!(marks(&crowd(200_000, fan)).is_none());
+        let pages = (0..10_000).map(|k| vec![0, 1, 2 + k]).collect();
+        assert!(marks(&crowd(10_000, pages)).is_none());
+    }
+
+    #[test]
+    fn the_shortest_edge_beyond_a_vertex_is_that_of_a_search_through_all() {
+        let surface = shapes::dented_sphere(2);
+        let (rings, points) = (surface.topology().rings(), surface.positions());
+        for v in 0..points.len() as Index {
+            let shortest = Shortest::at(&surface, v);
+            for &w in rings.get(v) {
+                let others = rings.get(v).iter().filter(|x| **x != w);
+                let lengths = others.map(|&x| points[v as usize].distance(points[x as usize]));
+                assert_eq!(shortest.beyond(w), lengths.fold(f64::INFINITY, f64::min));
+            }
+        }
     }
 }

@@ -185,6 +185,9 @@ named! {
     }
 }
 
+/// Number of neighbours up to which a vertex counts with all of them in the gain of another one.
+const MOST_IN_ROW: usize = 256;
+
 /// The finest band of a mesh: vertices with a closed ring of vertices with closed rings.
 struct FinestBand {
     /// Each vertex, and its gain |row of U U|: the deviation there of the band of white noise of deviation 1.
@@ -200,8 +203,13 @@ impl FinestBand {
             if row.len() < 4 || row.iter().any(|&(w, _)| irregular[w as usize]) {
                 return None;
             }
+            // A long row has a tiny part of each of its neighbours, and would be looked at by each of them.
+            let of_row = |w: Index| {
+                let row = umbrella.row(w);
+                row.iter().filter(move |(u, _)| row.len() <= MOST_IN_ROW || *u == w)
+            };
             let mut entries: Vec<(Index, f64)> =
-                row.iter().flat_map(|&(w, x)| umbrella.row(w).iter().map(move |&(u, y)| (u, x * y))).collect();
+                row.iter().flat_map(|&(w, x)| of_row(w).map(move |&(u, y)| (u, x * y))).collect();
             entries.sort_by_key(|entry| entry.0);
             let same_column = entries.chunk_by(|a, b| a.0 == b.0);
             let squared: f64 = same_column.map(|e| e.iter().map(|e| e.1).sum::<f64>().powi(2)).sum();

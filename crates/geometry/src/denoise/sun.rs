@@ -96,12 +96,13 @@ fn filtered(
     settings: &Sun,
     progress: &dyn Progress,
 ) -> Result<Vec<DVec3>, Cancelled> {
-    let by_vertex = mesh.vertex_neighbours();
+    let geometry = FaceGeometry::of(mesh, positions);
+    let by_vertex = mesh.vertex_neighbours(&geometry.centroids);
     let neighbours = build_lists(mesh.face_count(), |f, list| {
         list.extend(by_vertex.get(f));
         list.push(f);
     });
-    let mut normals = FaceGeometry::of(mesh, positions).normals;
+    let mut normals = geometry.normals;
     let mut next = normals.clone();
     for done in 1..=settings.iterations {
         progress.check()?;

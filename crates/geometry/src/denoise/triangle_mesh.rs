@@ -1,12 +1,13 @@
 //! Triangles of a surface and who is next to whom, as filters of face normals need it.
 
+use super::near::{self, Found, NearLists, Room};
 use crate::mesh::jagged::{Index, Ragged};
 use crate::mesh::surface::Surface;
 use crate::mesh::topology::{EdgeKind, Topology};
 use glam::DVec3;
 use rayon::prelude::*;
-use rustc_hash::FxHashSet;
 use std::borrow::Cow;
+use std::collections::BinaryHeap;
 
 /// Connectivity of the triangles of a surface; polygons are cut into triangles.
 ///
@@ -60,47 +61,57 @@ impl TriangleMesh {
         Ragged::group(self.face_count(), self.edge_faces.iter().flat_map(|&[f, g]| [(f, g), (g, f)]))
     }
 
-    /// Triangles that share a vertex with each triangle, ascending and without the triangle itself. #T lists
-    pub(super) fn vertex_neighbours(&self) -> Ragged<Index> {
-        build_lists(self.face_count(), |f, list| self.append_vertex_neighbours(f, list))
-    }
-
-    fn append_vertex_neighbours(&self, face: Index, list: &mut Vec<Index>) {
-        let start = list.len();
-        let near = self.triangles[face as usize].into_iter().flat_map(|v| self.vertex_faces.get(v));
-        list.extend(near.filter(|&&g| g != face));
-        list[start..].sort_unstable();
-        let mut kept = start;
-        for k in start..list.len() {
-            if kept == start || list[kept - 1] != list[k] {
-                list[kept] = list[k];
-                kept += 1;
+    /// Triangles that share a vertex with each triangle, ascending and without the triangle itself. Of a vertex with more than
+    /// [`near::MOST_IN_LIST`] triangles a triangle has those alone whose `centroids` (#T×3) are nearest to its own. #T lists
+    pub(super) fn vertex_neighbours(&self, centroids: &[DVec3]) -> Ragged<Index> {
+        let near = NearLists::new(&self.vertex_faces, centroids);
+        build_lists_with(self.face_count(), BinaryHeap::new, |heap: &mut BinaryHeap<Found>, f, list| {
+            for v in self.triangles[f as usize] {
+                near.visit(v, centroids[f as usize], heap, |g| list.extend((g != f).then_some(g)));
             }
-        }
-        list.truncate(kept);
+            list.sort_unstable();
+            list.dedup();
+        })
     }
 
     /// Triangles whose `centroids` (#T×3) are within `radius` of that of each triangle and that are connected to it by such
-    /// triangles, over shared vertices; without the triangle itself. #T lists
-    pub(super) fn neighbours_within(&self, radius: f64, centroids: &[DVec3]) -> Ragged<Index> {
-        let neighbours = self.vertex_neighbours();
+    /// triangles, over shared vertices; without the triangle itself. If there are more than `most`, the nearest ones. #T lists
+    pub(super) fn neighbours_within(&self, radius: f64, most: usize, centroids: &[DVec3]) -> Ragged<Index> {
+        let neighbours = self.vertex_neighbours(centroids);
+        let near = NearLists::new(&self.vertex_faces, centroids);
         let close = |f: Index, g: Index| centroids[f as usize].distance(centroids[g as usize]) <= radius;
-        build_lists(self.face_count(), |f, list| {
-            flood_fill(f, list, |g| neighbours.get(g), |g| close(f, g));
-            list.swap_remove(0);
+        build_lists_with(self.face_count(), Room::default, |room, f, list| {
+            // The triangle itself comes on top.
+            let most = most + 1;
+            if near::flood_fill(f, list, most, |g| neighbours.get(g), |g| close(f, g)) {
+                list.swap_remove(0);
+            } else {
+                let vertices = |g: Index| self.triangles[g as usize];
+                near::fill_nearest(f, list, most, &near, vertices, |g| close(f, g), room);
+                list.remove(0);
+            }
         })
     }
 }
 
 /// Builds `count` lists on several threads; `fill` appends the items of list i to an empty vector.
 pub(super) fn build_lists(count: usize, fill: impl Fn(Index, &mut Vec<Index>) + Sync) -> Ragged<Index> {
+    build_lists_with(count, || (), |(), i, list| fill(i, list))
+}
+
+/// Builds lists as [`build_lists`] does, with scratch memory that `room` makes for each thread's work.
+fn build_lists_with<R>(
+    count: usize,
+    room: impl Fn() -> R + Sync,
+    fill: impl Fn(&mut R, Index, &mut Vec<Index>) + Sync,
+) -> Ragged<Index> {
     let starts: Vec<usize> = (0..count).step_by(CHUNK).collect();
     let chunk = |&start: &usize| {
-        let mut list = Vec::new();
+        let (mut room, mut list) = (room(), Vec::new());
         let mut out = Ragged::default();
         for f in start..(start + CHUNK).min(count) {
             list.clear();
-            fill(f as Index, &mut list);
+            fill(&mut room, f as Index, &mut list);
             out.push(list.iter().copied());
         }
         out
@@ -111,40 +122,12 @@ pub(super) fn build_lists(count: usize, fill: impl Fn(Index, &mut Vec<Index>) + 
     all
 }
 
-/// Appends to an empty `list` the `seed` and whatever is reached from it over neighbours that are `inside`, breadth first.
-pub(super) fn flood_fill<'a>(
-    seed: Index,
-    list: &mut Vec<Index>,
-    neighbours: impl Fn(Index) -> &'a [Index],
-    inside: impl Fn(Index) -> bool,
-) {
-    // Short lists are the rule, and for them a linear search is the fastest; the set is for the others.
-    const SHORT: usize = 48;
-    let mut seen = FxHashSet::default();
-    list.push(seed);
-    let mut next = 0;
-    while next < list.len() {
-        for &candidate in neighbours(list[next]) {
-            if !inside(candidate) {
-                continue;
-            }
-            if list.len() == SHORT && seen.is_empty() {
-                seen.extend(list.iter().copied());
-            }
-            let fresh = if seen.is_empty() { !list.contains(&candidate) } else { seen.insert(candidate) };
-            if fresh {
-                list.push(candidate);
-            }
-        }
-        next += 1;
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::denoise::face_geometry::FaceGeometry;
     use crate::mesh::shapes;
+    use glam::DVec2;
 
     #[test]
     fn polygons_count_as_their_triangles() {
@@ -160,7 +143,7 @@ mod tests {
         let mesh = TriangleMesh::of(&sphere);
         let geometry = FaceGeometry::of(&mesh, sphere.positions());
         let unit = geometry.mean_centroid_distance(&mesh);
-        let [near, far] = [1.5, 6.0].map(|radius| mesh.neighbours_within(radius * unit, &geometry.centroids));
+        let [near, far] = [1.5, 6.0].map(|radius| mesh.neighbours_within(radius * unit, 1000, &geometry.centroids));
         for f in 0..mesh.face_count() as Index {
             assert!(!far.get(f).contains(&f) && near.get(f).iter().all(|g| far.get(f).contains(g)));
             let mut sorted = far.get(f).to_vec();
@@ -168,6 +151,60 @@ mod tests {
             sorted.dedup();
             // Large neighbourhoods are longer than the lists that are searched linearly.
             assert!(sorted.len() == far.get(f).len() && sorted.len() > 48);
+        }
+    }
+
+    /// Triangles between an edge, or a vertex, and points on a circle around it.
+    fn crowd(count: u32, at_edge: bool) -> Surface {
+        let rim = |k: u32| DVec2::from_angle(f64::from(k) * std::f64::consts::TAU / f64::from(count)).extend(0.5);
+        let positions = [DVec3::ZERO, DVec3::Z].into_iter().chain((0..count).map(rim)).collect();
+        let face = |k: u32| if at_edge { vec![0, 1, 2 + k] } else { vec![0, 2 + k, 2 + (k + 1) % count] };
+        Surface::new(Topology::new(count as usize + 2, (0..count).map(face).collect()), positions)
+    }
+
+    #[test]
+    fn triangles_of_a_crowded_vertex_or_edge_have_the_nearest_ones_as_neighbours() {
+        let count = 20_000;
+        for at_edge in [false, true] {
+            let surface = crowd(count, at_edge);
+            let mesh = TriangleMesh::of(&surface);
+            let centroids = FaceGeometry::of(&mesh, surface.positions()).centroids;
+            // All of them would be 400 million.
+            for (f, list) in (0..).zip(mesh.vertex_neighbours(&centroids).iter()) {
+                assert!((near::MOST_IN_LIST - 1..near::MOST_IN_LIST + 2).contains(&list.len()), "{}", list.len());
+                // A triangle has as many neighbours on one side as on the other, up to the choice between equally near ones.
+                for step in 1..near::MOST_IN_LIST as Index / 2 - 1 {
+                    let [before, after] = [count - step, step].map(|step| (f + step) % count);
+                    assert!(list.contains(&before) && list.contains(&after), "{at_edge} {f} {step}");
+                }
+            }
+            let most = 20;
+            for (f, list) in (0..).zip(mesh.neighbours_within(0.1, most, &centroids).iter()) {
+                assert!(list.len() == most && !list.contains(&f), "{f} {list:?}");
+                assert!(list.iter().all(|g| (g + count - f + 11) % count < 23), "{f} {list:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn of_more_triangles_within_a_radius_than_are_wanted_the_nearest_ones_are_taken() {
+        // A strip of slivers, with hundreds of triangles nearer than those of a quad are to each other.
+        let quads = 2000;
+        let point = |k: u32| DVec3::new(f64::from(k / 2) * 1e-3, f64::from(k % 2), 1e-4 * f64::from(k * k % 7));
+        let faces = (0..quads).map(|k| 2 * k).flat_map(|k| [vec![k, k + 2, k + 3], vec![k, k + 3, k + 1]]);
+        let topology = Topology::new(2 * quads as usize + 2, faces.collect());
+        let surface = Surface::new(topology, (0..2 * quads + 2).map(point).collect());
+        let mesh = TriangleMesh::of(&surface);
+        let centroids = FaceGeometry::of(&mesh, surface.positions()).centroids;
+        let (radius, most) = (0.6, 100);
+        let lists = mesh.neighbours_within(radius, most, &centroids);
+        for f in (0..mesh.face_count() as Index).step_by(97) {
+            let distance = |g: &Index| centroids[*g as usize].distance_squared(centroids[f as usize]);
+            let mut all: Vec<Index> = (0..mesh.face_count() as Index).filter(|g| *g != f).collect();
+            all.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+            let distances = |list: &[Index]| list.iter().map(distance).collect::<Vec<_>>();
+            assert_eq!(distances(lists.get(f)), distances(&all[..most]), "{f}");
+            assert!(distance(&all[most]) < radius * radius);
         }
     }
 }

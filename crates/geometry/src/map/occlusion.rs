@@ -58,6 +58,9 @@ const INSET: f64 = 0.03;
 /// Number of vertices that one thread does at a time.
 const CHUNK: usize = 256;
 
+/// Number of triangles around a vertex over which the normal at a corner is blended; of more, some at equal steps, for each corner asks.
+const MOST_BLENDED: usize = 256;
+
 /// Fraction of the ambient light that reaches each texel of a surface, 0..=1, row by row from the top; texels outside the charts
 /// are filled from their surroundings. A texel on a triangle without area gets 1.
 pub fn at_texels(layout: TextureLayout, settings: Occlusion, progress: &dyn Progress) -> Result<Vec<f32>, Cancelled> {
@@ -133,7 +136,9 @@ impl<'a> Shade<'a> {
         let own = self.faces[corner as usize / 3];
         let vertex = self.surface.topology().vertex(self.surface.triangle_corners().as_flattened()[corner as usize]);
         let least = SMOOTH.to_radians().cos();
-        let near = self.around.get(vertex).iter().filter(|&&c| self.faces[c as usize / 3].dot(own) > least);
+        let around = self.around.get(vertex);
+        let some = around.iter().step_by(around.len().div_ceil(MOST_BLENDED).max(1));
+        let near = some.filter(|&&c| self.faces[c as usize / 3].dot(own) > least);
         near.map(|&c| self.faces[c as usize / 3] * self.angle(c)).sum::<DVec3>().try_normalize().unwrap_or(own)
     }
 

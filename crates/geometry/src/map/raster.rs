@@ -13,8 +13,11 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use robust::{Coord, orient2d};
 
-/// Number of rows that one thread rasterises at a time.
-const BAND: usize = 16;
+/// Numbers of rows that one thread rasterises at a time: the first one with which triangles lie in few bands. Slivers lie in all.
+const BANDS: [usize; 4] = [16, 64, 256, 1024];
+
+/// Mean number of bands that triangles may lie in.
+const BANDS_EACH: usize = 8;
 
 /// The triangle of each texel.
 #[derive(Clone, Debug)]
@@ -45,17 +48,15 @@ impl Coverage {
         size: Size,
         progress: &dyn Progress,
     ) -> Result<Self, Cancelled> {
-        let bands = (size.height as usize).div_ceil(BAND);
-        let in_bands = triangles.iter().zip(0..).filter_map(|(t, i)| Some((t.as_ref()?, i))).flat_map(|(t, i)| {
-            let rows = rows_of(t, size);
-            let bands = if rows.is_empty() { 0..0 } else { rows.start / BAND..(rows.end - 1) / BAND + 1 };
-            bands.map(move |band| (band as Index, i))
-        });
+        let band_rows = band_rows(&triangles, size);
+        let bands = (size.height as usize).div_ceil(band_rows);
+        let in_bands = triangles.iter().zip(0..).filter_map(|(t, i)| Some((t.as_ref()?, i)));
+        let in_bands = in_bands.flat_map(|(t, i)| bands_of(t, band_rows, size).map(move |band| (band as Index, i)));
         let by_band = Ragged::group(bands, in_bands);
         let mut owners = vec![Self::NOBODY; size.texels()];
         let mut shared = vec![false; size.texels()];
         let parts = Parts::new(progress, bands);
-        let band_texels = size.width as usize * BAND;
+        let band_texels = size.width as usize * band_rows;
         let overlaps = owners
             .par_chunks_mut(band_texels)
             .zip(shared.par_chunks_mut(band_texels))
@@ -64,7 +65,7 @@ impl Coverage {
                 parts.run(|| {
                     let members = by_band.get(band as Index);
                     let drawn = members.iter().map(|&i| match &triangles[i as usize] {
-                        Some(t) => draw(t, i, band * BAND, (owners, shared), size),
+                        Some(t) => draw(t, i, band * band_rows, (owners, shared), size),
                         None => 0,
                     });
                     drawn.sum::<usize>()
@@ -139,27 +140,46 @@ fn rows_of(t: &[DVec2; 3], size: Size) -> std::ops::Range<usize> {
     centres(a.min(b).min(c), a.max(b).max(c), size.height)
 }
 
-/// Columns whose centres can lie in a triangle, in a row: a slim triangle covers few of those of its bounding box.
+/// Bands of so many rows that a triangle has rows in.
+fn bands_of(t: &[DVec2; 3], band_rows: usize, size: Size) -> std::ops::Range<usize> {
+    let rows = rows_of(t, size);
+    if rows.is_empty() { 0..0 } else { rows.start / band_rows..(rows.end - 1) / band_rows + 1 }
+}
+
+/// Number of rows of a band, the smallest with which the lists of what lies in each are short.
+fn band_rows(triangles: &[Option<[DVec2; 3]>], size: Size) -> usize {
+    let is_short = |band: &&usize| {
+        let total = triangles.par_iter().flatten_iter().map(|t| bands_of(t, **band, size).len()).sum::<usize>();
+        total <= BANDS_EACH * triangles.len()
+    };
+    *BANDS.iter().find(is_short).unwrap_or(&BANDS[BANDS.len() - 1])
+}
+
+/// Columns whose centres can lie in a triangle, in a row: a slim triangle covers few of those of its bounding box, and a sliver none in
+/// most rows.
 fn columns_of([a, b, c]: [DVec2; 3], row: usize, size: Size) -> std::ops::Range<usize> {
     let [low, high] = [a.x.min(b.x).min(c.x), a.x.max(b.x).max(c.x)];
     // With coordinates far outside the image, the rounding of the intersections could be more than the margin.
     if [a, b, c].iter().any(|p| p.abs().max_element() > FAR) {
         return centres(low, high, size.width);
     }
-    let (top, bottom) = (row as f64, row as f64 + 1.0);
+    let y = row as f64 + 0.5;
     let [mut left, mut right] = [f64::INFINITY, f64::NEG_INFINITY];
     for (p, q) in [(a, b), (b, c), (c, a)] {
-        if p.y.max(q.y) < top || p.y.min(q.y) > bottom {
+        if p.y.max(q.y) < y || p.y.min(q.y) > y {
             continue;
         }
-        let at = |y: f64| p.x + (q.x - p.x) * ((y - p.y) / (q.y - p.y)).clamp(0.0, 1.0);
-        // Between these heights the edge runs from one to the other; a horizontal edge is all in the row.
-        let ends = if p.y == q.y { [p.x, q.x] } else { [at(top), at(bottom)] };
+        let at = p.x + (q.x - p.x) * ((y - p.y) / (q.y - p.y)).clamp(0.0, 1.0);
+        // A horizontal edge is all in the row.
+        let ends = if p.y == q.y { [p.x, q.x] } else { [at, at] };
         left = left.min(ends[0]).min(ends[1]);
         right = right.max(ends[0]).max(ends[1]);
     }
-    centres((left - 1.0).max(low), (right + 1.0).min(high), size.width)
+    centres((left - MARGIN).max(low), (right + MARGIN).min(high), size.width)
 }
+
+/// Distance in texels above the rounding of an intersection of coordinates up to [`FAR`].
+const MARGIN: f64 = 1e-6;
 
 /// Coordinates in texels above which a triangle is far outside of any image.
 const FAR: f64 = 1e6;
@@ -312,5 +332,24 @@ mod tests {
             assert!(centre.distance(DVec2::new(column as f64, row as f64) + 0.5) < 1e-13);
             assert!(w.min_element() >= 0.0);
         }
+    }
+
+    #[test]
+    fn slivers_are_in_few_lists_and_take_few_looks() {
+        let size = Size::square(4096);
+        // Each goes through all rows and is a hundredth of a texel wide.
+        let sliver = |k: u32| {
+            let x = f64::from(k) * 0.83 + 0.3;
+            [DVec2::new(x, 0.0), DVec2::new(x + 0.01, 0.0), DVec2::new(x + 40.0, 4096.0)]
+        };
+        let slivers: Vec<_> = (0..4000).map(|k| Some(sliver(k))).collect();
+        let rows = band_rows(&slivers, size);
+        let lists: usize = slivers.iter().flatten().map(|t| bands_of(t, rows, size).len()).sum();
+        assert!(lists <= BANDS_EACH * slivers.len(), "{lists}");
+        let looks = |t: &[DVec2; 3]| rows_of(t, size).map(|row| columns_of(*t, row, size).len()).sum::<usize>();
+        let looks: usize = slivers.iter().flatten().step_by(100).map(looks).sum();
+        assert!(looks < 40 * 4096 / 50, "{looks}");
+        // Common triangles stay in bands of few rows, which threads share better.
+        assert_eq!(band_rows(&[Some([DVec2::ZERO, DVec2::X * 9.0, DVec2::Y * 9.0])], size), BANDS[0]);
     }
 }

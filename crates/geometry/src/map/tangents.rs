@@ -25,9 +25,16 @@ use crate::mesh::surface::Surface;
 use bevy_mikktspace::{Geometry, TangentSpace};
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
+use rustc_hash::{FxHashMap, FxHasher};
+use std::hash::{Hash, Hasher};
+use std::sync::OnceLock;
 
 /// Approximate number of triangles of a block, which fit into the cache of a core.
 const BLOCK: usize = 16_384;
+
+/// Number of triangles with one corner in common up to which its frame is that of all of them. MikkTSpace takes the square of that number
+/// in time and its multiple in stack, so a corner with more gets frames of so many at a time.
+const MOST_AT_CORNER: usize = 256;
 
 /// Tangent at a corner, and the sign that gives its bitangent.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -90,14 +97,22 @@ fn in_blocks(surface: &Surface, atlas: &Atlas, vertex_normals: &[Vec3], size: us
     // Far from the origin edges would be lost in single precision.
     let centre = (low + high) / 2.0;
     let blocks = blocks(surface, atlas, size);
+    let around = OnceLock::new();
     let of_block = |block: Index| {
         let own = blocks.get(block);
         let triangles = with_neighbours(surface, own);
-        let mut frames = Frames::new(&triangles, surface, atlas, vertex_normals, centre);
-        // The error type has no values.
-        let _ = bevy_mikktspace::generate_tangents(&mut frames);
-        let frames_of = |t: &Index| triangles.binary_search(t).map_or([Tangent::default(); 3], |i| frames.tangents[i]);
-        own.iter().map(frames_of).collect::<Vec<_>>()
+        let frames = Frames::new(&triangles, surface, atlas, vertex_normals, centre);
+        if !frames.may_crowd() {
+            return frames.generate(&triangles, own);
+        }
+        let of_part = |own: &[Index]| {
+            let near = with_few_neighbours(surface, own, around.get_or_init(|| triangles_around(surface)));
+            let all = Frames::new(&near, surface, atlas, vertex_normals, centre);
+            let kept = all.uncrowded(|t| own.binary_search(&near[t]).is_ok());
+            let triangles: Vec<Index> = kept.iter().map(|&t| near[t]).collect();
+            Frames::new(&triangles, surface, atlas, vertex_normals, centre).generate(&triangles, own)
+        };
+        own.chunks(MOST_AT_CORNER / 2).flat_map(of_part).collect()
     };
     let found: Vec<Vec<[Tangent; 3]>> = (0..blocks.len() as Index).into_par_iter().map(of_block).collect();
     let mut tangents = vec![[Tangent::default(); 3]; surface.triangle_corners().len()];
@@ -105,6 +120,13 @@ fn in_blocks(surface: &Surface, atlas: &Atlas, vertex_normals: &[Vec3], size: us
         tangents[t as usize] = of_triangle;
     }
     tangents
+}
+
+/// Triangles around each vertex. #V lists
+fn triangles_around(surface: &Surface) -> Ragged<Index> {
+    let all = (0..).zip(surface.triangle_corners());
+    let corners = all.flat_map(|(t, corners)| corners.map(|c| (surface.topology().vertex(c), t)));
+    Ragged::group(surface.positions().len(), corners)
 }
 
 /// Groups triangles by a grid over the texture, where neighbours are close together whatever their order in the file.
@@ -120,6 +142,19 @@ fn blocks(surface: &Surface, atlas: &Atlas, size: usize) -> Ragged<Index> {
     Ragged::group((side * side) as usize, triangles.iter().zip(0..).map(|(t, i)| (cell(t), i)))
 }
 
+/// Triangles that share a vertex with one of `own`, including `own`, ascending. Vertices with more than [`MOST_AT_CORNER`] of the
+/// triangles `around` them (#V lists) do not count.
+fn with_few_neighbours(surface: &Surface, own: &[Index], around: &Ragged<Index>) -> Vec<Index> {
+    let mut all = own.to_vec();
+    for &t in own {
+        let lists = surface.triangle_corners()[t as usize].map(|c| around.get(surface.topology().vertex(c)));
+        lists.iter().filter(|list| list.len() <= MOST_AT_CORNER).for_each(|list| all.extend_from_slice(list));
+    }
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
 /// Triangles that share a vertex with one of `own`, including `own`, ascending.
 fn with_neighbours(surface: &Surface, own: &[Index]) -> Vec<Index> {
     let topology = surface.topology();
@@ -132,11 +167,12 @@ fn with_neighbours(surface: &Surface, own: &[Index]) -> Vec<Index> {
         let corners = topology.faces().range(face);
         (corners.start - 2 * face as usize) as Index..(corners.end - 2 * (face as usize + 1)) as Index
     };
-    let mut all: Vec<Index> =
-        vertices.iter().flat_map(|&v| topology.corners(v)).flat_map(|&c| of_face(topology.face(c))).collect();
-    all.sort_unstable();
-    all.dedup();
-    all
+    // Each face once: all vertices of a large polygon have the same one.
+    let corners = vertices.iter().flat_map(|&v| topology.corners(v));
+    let mut faces: Vec<Index> = corners.map(|&c| topology.face(c)).collect();
+    faces.sort_unstable();
+    faces.dedup();
+    faces.into_iter().flat_map(of_face).collect()
 }
 
 /// Attributes of the triangles in the form in which MikkTSpace reads them, which it does many times, and their tangents.
@@ -161,6 +197,54 @@ impl Frames {
         };
         let corners = triangles.iter().map(|&t| surface.triangle_corners()[t as usize].map(corner)).collect();
         Self { corners, tangents: vec![[Tangent::default(); 3]; triangles.len()] }
+    }
+
+    /// Computes the frames of `triangles`, which these are the attributes of, and returns those of `own`, which are among them.
+    fn generate(mut self, triangles: &[Index], own: &[Index]) -> Vec<[Tangent; 3]> {
+        // The error type has no values.
+        let _ = bevy_mikktspace::generate_tangents(&mut self);
+        let frames_of = |t: &Index| triangles.binary_search(t).map_or([Tangent::default(); 3], |i| self.tangents[i]);
+        own.iter().map(frames_of).collect()
+    }
+
+    /// Returns false if surely no more than [`MOST_AT_CORNER`] corners are at one place. Vertices that differ in double precision alone
+    /// are at one place for MikkTSpace.
+    fn may_crowd(&self) -> bool {
+        const SLOTS: usize = 1 << 16;
+        let mut counts = vec![0u32; SLOTS];
+        let count = |corner: &Corner| {
+            let slot = &mut counts[corner.place_hash() as usize % SLOTS];
+            *slot += 1;
+            *slot as usize > MOST_AT_CORNER
+        };
+        self.corners.as_flattened().iter().any(count)
+    }
+
+    /// Triangles, ascending, without those that make a corner one of more than [`MOST_AT_CORNER`]; all that are `own` are kept.
+    fn uncrowded(&self, own: impl Fn(usize) -> bool) -> Vec<usize> {
+        let mut counts: FxHashMap<u64, usize> = FxHashMap::default();
+        let (mut kept, others): (Vec<usize>, Vec<usize>) = (0..self.corners.len()).partition(|&t| own(t));
+        for t in &kept {
+            self.corners[*t].iter().for_each(|corner| *counts.entry(corner.place_hash()).or_default() += 1);
+        }
+        for t in others {
+            let places = self.corners[t].map(|corner| corner.place_hash());
+            if places.iter().all(|place| counts.get(place).is_none_or(|count| *count < MOST_AT_CORNER)) {
+                places.iter().for_each(|place| *counts.entry(*place).or_default() += 1);
+                kept.push(t);
+            }
+        }
+        kept.sort_unstable();
+        kept
+    }
+}
+
+impl Corner {
+    /// Hash of the position; −0 and 0 are one place.
+    fn place_hash(&self) -> u64 {
+        let mut hasher = FxHasher::default();
+        self.position.map(|x| (x + 0.0).to_bits()).hash(&mut hasher);
+        hasher.finish()
     }
 }
 
@@ -192,6 +276,7 @@ mod tests {
     use crate::mesh::normals::{FaceWeight, vertex_normals};
     use crate::mesh::polygon;
     use crate::mesh::shapes;
+    use crate::mesh::topology::Topology;
 
     #[test]
     fn blocks_give_the_bits_of_the_whole() {
@@ -223,5 +308,61 @@ mod tests {
             with_neighbours(&cube, &[0]),
             (0..12).filter(|t| ![2, 3].contains(t)).collect::<Vec<_>>().as_slice()
         );
+    }
+
+    /// A fan of so many triangles around a vertex at the origin, each with a vertex of its own there if `apart` is above 0, which they
+    /// are far from each other.
+    fn fan(count: u32, apart: f64) -> (Surface, Atlas) {
+        let rim = |k: u32| DVec2::from_angle(f64::from(k) * std::f64::consts::TAU / f64::from(count));
+        let (mut points, mut faces) = (Vec::new(), Vec::new());
+        let hubs = if apart > 0.0 { count } else { 1 };
+        points.extend((0..hubs).map(|k| DVec3::new(0.0, 0.0, apart * f64::from(k))));
+        points.extend((0..count).map(|k| rim(k).extend(0.0)));
+        faces.extend((0..count).map(|k| vec![k % hubs, hubs + k, hubs + (k + 1) % count]));
+        let surface = Surface::new(Topology::new(points.len(), faces.into_iter().collect()), points);
+        let uvs: Vec<DVec2> = surface.positions().iter().map(|p| p.truncate() * 0.4 + 0.5).collect();
+        let named = surface.topology().faces().items().iter().map(|&v| Some(v));
+        let atlas = Atlas::new(&surface, &uvs, named).unwrap();
+        (surface, atlas)
+    }
+
+    #[test]
+    fn vertices_with_any_number_of_triangles_have_frames() {
+        // MikkTSpace itself ends with an overflow of the stack at some ten thousand triangles, also where they have vertices of their
+        // own that are one in single precision.
+        for (count, apart) in [(20_000, 0.0), (20_000, 1e-60)] {
+            let (surface, atlas) = fan(count, apart);
+            let frames = tangents(&surface, &atlas, &vec![Vec3::Z; surface.positions().len()]);
+            let along_u = |frame: &Tangent| frame.tangent.distance(Vec3::X) < 1e-2 && frame.sign == 1.0;
+            assert_eq!(frames.as_flattened().iter().filter(|frame| along_u(frame)).count(), 3 * count as usize);
+        }
+    }
+
+    #[test]
+    fn parts_give_the_bits_of_the_whole_away_from_crowded_corners() {
+        let (surface, atlas) = fan(MOST_AT_CORNER as u32 + 44, 0.0);
+        let normals = vec![Vec3::Z; surface.positions().len()];
+        let all: Vec<Index> = (0..surface.triangle_corners().len() as Index).collect();
+        let [low, high] = surface.bounds();
+        let whole = Frames::new(&all, &surface, &atlas, &normals, (low + high) / 2.0).generate(&all, &all);
+        for (part, whole) in tangents(&surface, &atlas, &normals).iter().zip(&whole) {
+            assert_eq!(part[1..], whole[1..]);
+            assert!(part[0].tangent.distance(whole[0].tangent) < 0.02, "{part:?} {whole:?}");
+        }
+    }
+
+    #[test]
+    fn parts_of_a_polygon_do_not_take_all_of_it_along() {
+        // One polygon with so many corners, which lies around one of them.
+        let count = 5000;
+        let rim = |k: Index| DVec2::from_angle(f64::from(k) * 6.0 / f64::from(count)).extend(0.0);
+        let points: Vec<DVec3> = std::iter::once(DVec3::ZERO).chain((0..count).map(rim)).collect();
+        let faces = std::iter::once((0..=count).collect::<Vec<Index>>()).collect();
+        let surface = Surface::new(Topology::new(points.len(), faces), points);
+        let around = triangles_around(&surface);
+        let own: Vec<Index> = (0..100).collect();
+        let near = with_few_neighbours(&surface, &own, &around);
+        assert!(near.len() < count as usize / 2, "{}", near.len());
+        assert!(own.iter().all(|t| near.contains(t)));
     }
 }

@@ -1,8 +1,9 @@
 //! Binary container of glTF 2.0 (§3.6 and §4 of its specification): a JSON chunk and one buffer, which typed accessors read
 //! through views.
 
+use super::document::{Document, Entry, entries};
 use crate::source::gltf::index;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 /// Error of a file that is longer than the 32-bit lengths of binary glTF can express.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -25,8 +26,8 @@ const VERTICES_OF_SHORT_INDICES: usize = u16::MAX as usize;
 #[derive(Default)]
 pub(super) struct Buffer {
     bytes: Vec<u8>,
-    views: Vec<Value>,
-    accessors: Vec<Value>,
+    views: Vec<Entry>,
+    accessors: Vec<Entry>,
 }
 
 impl Buffer {
@@ -37,7 +38,7 @@ impl Buffer {
 
     /// Makes a buffer with these bytes, views and accessors, to which others are added.
     pub(super) fn continuing(bytes: Vec<u8>, views: Vec<Value>, accessors: Vec<Value>) -> Self {
-        Self { bytes, views, accessors }
+        Self { bytes, views: entries(views), accessors: entries(accessors) }
     }
 
     /// Adds a view of `length` bytes, and returns its index and the bytes to fill in.
@@ -48,12 +49,12 @@ impl Buffer {
         if let Some(target) = target {
             view["target"] = target.into();
         }
-        self.views.push(view);
+        self.views.push(Entry::of(&view));
         (self.views.len() - 1, &mut self.bytes[start..])
     }
     /// Adds an accessor and returns its index.
     fn accessor(&mut self, accessor: Value) -> usize {
-        self.accessors.push(accessor);
+        self.accessors.push(Entry::of(&accessor));
         self.accessors.len() - 1
     }
 
@@ -87,7 +88,7 @@ impl Buffer {
         let positions: Vec<u8> = others.iter().flat_map(|(at, _)| at.to_le_bytes()).collect();
         let values: Vec<u8> = others.iter().flat_map(|(_, value)| value.map(f32::to_le_bytes)).flatten().collect();
         let (positions, values) = (self.file(&positions), self.file(&values));
-        let view = self.accessors[base]["bufferView"].clone();
+        let view = self.accessors[base].value()["bufferView"].take();
         self.accessor(json!({
             "bufferView": view, "componentType": FLOAT, "count": count, "type": "VEC2",
             "sparse": {
@@ -105,7 +106,7 @@ impl Buffer {
     /// Adds an accessor with the first `count` values of another one, sparse or not, and behind them copies of some of them. Returns its
     /// index; `None` if there is no such accessor, or if the buffer lacks some of its bytes or has them compressed.
     pub(super) fn with_copies(&mut self, base: usize, count: usize, copies: &[u32]) -> Option<usize> {
-        let mut entry = self.accessors.get(base)?.clone();
+        let mut entry = self.accessors.get(base)?.value();
         let size = value_size(&entry)?;
         let stride = size.next_multiple_of(ALIGNMENT);
         let mut values = vec![0; (count + copies.len()) * stride];
@@ -134,7 +135,9 @@ impl Buffer {
         let (view, out) = self.view(values.len(), Some(ARRAY_BUFFER));
         out.copy_from_slice(&values);
         if stride != size {
-            self.views[view]["byteStride"] = stride.into();
+            let mut strided = self.views[view].value();
+            strided["byteStride"] = stride.into();
+            self.views[view] = Entry::of(&strided);
         }
         let fields = entry.as_object_mut()?;
         fields.retain(|name, _| name != "byteOffset" && name != "sparse");
@@ -144,7 +147,7 @@ impl Buffer {
     }
     /// Bytes from the place that a view and an offset give to the end of the view, and its distance between values if it has one.
     fn bytes_of(&self, place: &Value) -> Option<(&[u8], Option<usize>)> {
-        let view = self.views.get(index(&place["bufferView"])?)?;
+        let view = self.views.get(index(&place["bufferView"])?)?.value();
         let is_compressed = |name: &String| name.ends_with("_meshopt_compression");
         if view["extensions"].as_object().is_some_and(|extensions| extensions.keys().any(is_compressed)) {
             return None;
@@ -176,17 +179,23 @@ impl Buffer {
     }
 
     /// Finishes the file with a document that uses the indices returned before.
-    pub(super) fn finish(mut self, mut document: Map<String, Value>) -> Result<Vec<u8>, TooLarge> {
+    pub(super) fn finish(mut self, document: impl Into<Document>) -> Result<Vec<u8>, TooLarge> {
+        let mut document: Document = document.into();
         self.bytes.resize(self.bytes.len().next_multiple_of(ALIGNMENT), 0);
         if !self.bytes.is_empty() {
-            document.insert("buffers".to_owned(), json!([{ "byteLength": self.bytes.len() }]));
+            document.insert("buffers", json!([{ "byteLength": self.bytes.len() }]));
         }
-        insert_list(&mut document, "bufferViews", self.views);
-        insert_list(&mut document, "accessors", self.accessors);
-        let mut text = Value::Object(document).to_string().into_bytes();
-        text.resize(text.len().next_multiple_of(ALIGNMENT), b' ');
+        document.insert_list("bufferViews", self.views);
+        document.insert_list("accessors", self.accessors);
         let length = |data: &[u8]| u32::try_from(data.len()).map(u32::to_le_bytes).map_err(|_| TooLarge);
-        let mut head = [&b"glTF"[..], &2u32.to_le_bytes(), &[0; 4], &length(&text)?, b"JSON", &text].concat();
+        // The text follows behind two lengths, which it has to be there for.
+        let mut head = [&b"glTF"[..], &2u32.to_le_bytes(), &[0; 8], b"JSON"].concat();
+        let start = head.len();
+        serde_json::to_writer(&mut head, &document).map_err(|_| TooLarge)?;
+        drop(document);
+        head.resize(head.len().next_multiple_of(ALIGNMENT), b' ');
+        let text = length(&head[start..])?;
+        head[12..16].copy_from_slice(&text);
         if !self.bytes.is_empty() {
             head.extend([length(&self.bytes)?, *b"BIN\0"].as_flattened());
         }
@@ -228,11 +237,4 @@ fn value_size(accessor: &Value) -> Option<usize> {
 /// The `size` bytes of a value.
 fn value(bytes: &[u8], start: usize, size: usize) -> Option<&[u8]> {
     bytes.get(start..start.checked_add(size)?)
-}
-
-/// Adds a list to a document unless it is empty, which glTF does not allow.
-pub(super) fn insert_list(document: &mut Map<String, Value>, name: &str, list: Vec<Value>) {
-    if !list.is_empty() {
-        document.insert(name.to_owned(), list.into());
-    }
 }

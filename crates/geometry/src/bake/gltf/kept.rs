@@ -1,6 +1,7 @@
 //! Carrier of a mesh that came as glTF: its own document with the map added, so that materials, textures, skins, animations,
 //! other morph targets and whatever else the file has stay.
 
+use super::document::Document;
 use super::glb::Buffer;
 use super::materials::{Materials, Sets};
 use super::split::{Made, Named, Split};
@@ -105,6 +106,7 @@ pub(super) fn glb(carrier: &Carrier, gltf: &Gltf, textures: Textures) -> Result<
             node["weights"] = with_weight(node, own, carrier.lambda);
         }
     }
+    let mut document = Document::from(document);
     materials.insert_into(&mut document);
     Ok(Some(buffer.finish(document)?))
 }

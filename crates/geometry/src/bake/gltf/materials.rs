@@ -1,6 +1,7 @@
 //! Materials of a glTF file, with their textures and images.
 
-use super::glb::{self, Buffer};
+use super::document::{Document, Entry, entries};
+use super::glb::Buffer;
 use super::wedges::{Group, Sides};
 use super::{Carrier, Filter, Map, Picture, ShadingMap, Textures};
 use crate::map::displacement::MapKind;
@@ -82,7 +83,7 @@ pub(super) struct Materials<'a> {
     extras: Vec<Value>,
     /// Index of the texture with ambient occlusion, if it lies in the texture coordinates of the mesh.
     occlusion: Option<usize>,
-    materials: Vec<Value>,
+    materials: Vec<Entry>,
     textures: Vec<Value>,
     images: Vec<Value>,
     samplers: Vec<Value>,
@@ -137,6 +138,7 @@ impl<'a> Materials<'a> {
         };
         let (materials, textures) = (take("materials"), take("textures"));
         let (images, samplers) = (take("images"), take("samplers"));
+        let materials = entries(materials);
         let mut new = Self { materials, textures, images, samplers, ..Self::empty(carrier, sets) };
         new.add_maps(buffer);
         new
@@ -169,14 +171,14 @@ impl<'a> Materials<'a> {
         let first = self.described.get(&(material, ANY_PAGE)).copied();
         let entry = match (first, material) {
             (Some(first), _) => {
-                let mut copy = self.materials[first].clone();
+                let mut copy = self.materials[first].value();
                 self.rename(&mut copy, page);
-                self.materials.push(copy);
+                self.materials.push(Entry::of(&copy));
                 self.materials.len() - 1
             }
             (None, Some(material)) => material,
             (None, None) => {
-                self.materials.push(json!({ "name": CARRIER_MATERIAL }));
+                self.materials.push(Entry::of(&json!({ "name": CARRIER_MATERIAL })));
                 self.materials.len() - 1
             }
         };
@@ -196,9 +198,9 @@ impl<'a> Materials<'a> {
 
     /// Describes the maps of a page in a material.
     fn describe_in(&mut self, material: usize, page: Index) {
-        let entry = &mut self.materials[material];
+        let mut entry = self.materials[material].value();
         if !entry.is_object() {
-            *entry = json!({});
+            entry = json!({});
         }
         if !entry["extras"].is_object() {
             entry["extras"] = json!({});
@@ -218,6 +220,7 @@ impl<'a> Materials<'a> {
         if let Some(texture) = self.occlusion.filter(|_| entry["occlusionTexture"].is_null()) {
             entry["occlusionTexture"] = json!({ "index": texture, "texCoord": own_set });
         }
+        self.materials[material] = Entry::of(&entry);
     }
 
     /// Takes the files of images into the buffer, as far as `files` has them; the others keep their names, from the folder of
@@ -347,15 +350,15 @@ impl<'a> Materials<'a> {
         // surface, which the morph target does as well, and together they would do it twice.
         let extras = &self.extras[page as usize];
         entry["extras"] = json!({ "planish": if sides == Sides::OneTurned { turned(extras) } else { extras.clone() } });
-        self.materials.push(entry);
+        self.materials.push(Entry::of(&entry));
         self.materials.len() - 1
     }
 
     /// Adds the lists to a document.
-    pub(super) fn insert_into(self, document: &mut Object<String, Value>) {
-        glb::insert_list(document, "materials", self.materials);
-        glb::insert_list(document, "textures", self.textures);
-        glb::insert_list(document, "images", self.images);
-        glb::insert_list(document, "samplers", self.samplers);
+    pub(super) fn insert_into(self, document: &mut Document) {
+        document.insert_list("materials", self.materials);
+        document.insert_list("textures", entries(self.textures));
+        document.insert_list("images", entries(self.images));
+        document.insert_list("samplers", entries(self.samplers));
     }
 }

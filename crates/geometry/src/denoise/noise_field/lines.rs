@@ -42,6 +42,9 @@ type Off = DVec2;
 /// and at the next, of both (z, w).
 type Sums = DVec4;
 
+/// Number of edges of a vertex up to which lines may go on through it.
+const MOST_EDGES: usize = 256;
+
 /// Lines of edges of a mesh.
 struct Lines<'a> {
     surface: &'a Surface,
@@ -60,10 +63,13 @@ impl<'a> Lines<'a> {
             let flat = |w: &Index| (positions[*w as usize] - p).reject_from_normalized(n);
             let flat: Vec<DVec3> = if n.is_normalized() { ring.iter().map(flat).collect() } else { Vec::new() };
             let directions: Vec<DVec3> = flat.iter().map(|d| d.normalize_or_zero()).collect();
+            // No line goes on through the middle of a fan, where all edges would be compared with all.
+            let goes_on = !topology.is_boundary(v) && ring.len() <= MOST_EDGES;
+            let candidates = if goes_on { &directions[..] } else { &[] };
             let side = |(k, d): (usize, &DVec3)| {
-                let others = (0u32..).zip(&directions).map(|(j, e)| (j, d.dot(*e)));
+                let others = (0u32..).zip(candidates).map(|(j, e)| (j, d.dot(*e)));
                 let best = others.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, c)| *c < STRAIGHT);
-                let opposite = best.map(|(j, _)| j).filter(|_| !topology.is_boundary(v));
+                let opposite = best.map(|(j, _)| j);
                 Side { neighbour: ring[k], opposite, length: flat[k].length(), direction: *d }
             };
             directions.iter().enumerate().map(side).collect()

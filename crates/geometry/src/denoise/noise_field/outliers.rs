@@ -16,8 +16,14 @@ pub(super) fn outliers(surface: &Surface, local_edge: &[f64]) -> Vec<(Index, DVe
     const RATIO: f64 = 8.0;
     /// Least number of neighbours: fewer say too little of the surface.
     const LEAST_RING: usize = 4;
+    /// Most neighbours of a neighbour that are looked at; of more, some that stand in its ring at equal steps.
+    const MOST: usize = 256;
     let rings = surface.topology().rings();
     let positions = surface.positions();
+    let some = |w: Index| {
+        let ring = rings.get(w);
+        ring.iter().step_by(ring.len().div_ceil(MOST).max(1))
+    };
     let one = |v: Index| -> Option<(Index, DVec3)> {
         let ring = rings.get(v);
         let edge = local_edge[v as usize];
@@ -28,8 +34,7 @@ pub(super) fn outliers(surface: &Surface, local_edge: &[f64]) -> Vec<(Index, DVe
         {
             return None;
         }
-        let mut around: Vec<Index> =
-            ring.iter().flat_map(|&w| rings.get(w).iter().copied()).chain(ring.iter().copied()).collect();
+        let mut around: Vec<Index> = ring.iter().flat_map(|&w| some(w)).chain(ring).copied().collect();
         around.sort_unstable();
         around.dedup();
         around.retain(|&w| w != v);

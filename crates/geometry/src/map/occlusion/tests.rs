@@ -175,3 +175,20 @@ fn triangles_without_area_are_open() {
     let line = flat.at(flat.positions().iter().map(|p| DVec3::new(p.x, 0.0, 0.0)).collect());
     assert_eq!(at_vertices(&line, Occlusion::default(), &Silent).unwrap(), [1.0; 4]);
 }
+
+#[test]
+fn normals_at_a_crowded_vertex_are_blended_without_a_look_at_all_its_triangles_from_each() {
+    // A flat fan, but for a fold of 90° between its halves. All pairs of its triangles would be ten thousand million.
+    let count = 100_000;
+    let rim = |k: Index| {
+        let p = glam::DVec2::from_angle(f64::from(k) * TAU / f64::from(count)).extend(0.0);
+        if p.y > 0.0 { DVec3::new(p.x, 0.0, p.y) } else { p }
+    };
+    let positions: Vec<DVec3> = std::iter::once(DVec3::ZERO).chain((0..count).map(rim)).collect();
+    let faces = (0..count).map(|k| vec![0, 1 + k, 1 + (k + 1) % count]).collect();
+    let fan = Surface::new(crate::mesh::topology::Topology::new(positions.len(), faces), positions);
+    let shade = Shade::new(&fan, Occlusion::default(), &Silent);
+    let flat = |t: usize| if t < count as usize / 2 { DVec3::NEG_Y } else { DVec3::Z };
+    let at_hub = shade.corners.iter().map(|corners| corners[0]).enumerate();
+    assert!(at_hub.into_iter().all(|(t, n)| n.distance(flat(t)) < 1e-6));
+}

@@ -18,8 +18,9 @@ pub(in crate::denoise::learned) struct Adjacency {
 }
 
 impl Adjacency {
-    pub(in crate::denoise::learned) fn of(mesh: &TriangleMesh) -> Self {
-        Self { by_vertex: mesh.vertex_neighbours(), by_edge: mesh.edge_neighbours() }
+    /// Neighbours in a mesh whose faces have these centroids. #T×3
+    pub(in crate::denoise::learned) fn of(mesh: &TriangleMesh, centroids: &[DVec3]) -> Self {
+        Self { by_vertex: mesh.vertex_neighbours(centroids), by_edge: mesh.edge_neighbours() }
     }
 }
 
