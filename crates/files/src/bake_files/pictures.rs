@@ -35,7 +35,7 @@ pub(super) fn combined(
         Picture::File(_) => None,
         Picture::MetallicRoughness { roughness, metallic } => {
             let [roughness, metallic] =
-                [roughness, metallic].map(|file| file.and_then(decoded).map(|i| i.into_luma8()));
+                [roughness, metallic].map(|file| file.and_then(decoded).map(image::DynamicImage::into_luma8));
             let size = roughness.as_ref().or(metallic.as_ref())?.dimensions();
             let [roughness, metallic] = [roughness, metallic].map(|grey| scaled(grey, size));
             let texel = |x, y| Rgb([u8::MAX, roughness.get_pixel(x, y).0[0], metallic.get_pixel(x, y).0[0]]);

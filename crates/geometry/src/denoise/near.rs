@@ -111,7 +111,10 @@ pub(super) fn fill_nearest<const N: usize>(
     room: &mut Room,
 ) {
     let Room { near: heap, queue, seen, used } = room;
-    (seen.clear(), used.clear(), queue.clear(), list.clear());
+    seen.clear();
+    used.clear();
+    queue.clear();
+    list.clear();
     let centre = near.points[seed as usize];
     seen.insert(seed);
     queue.push(Reverse(Found { squared: 0.0, item: seed }));

@@ -53,8 +53,8 @@ impl Buffer {
         (self.views.len() - 1, &mut self.bytes[start..])
     }
     /// Adds an accessor and returns its index.
-    fn accessor(&mut self, accessor: Value) -> usize {
-        self.accessors.push(Entry::of(&accessor));
+    fn accessor(&mut self, accessor: &Value) -> usize {
+        self.accessors.push(Entry::of(accessor));
         self.accessors.len() - 1
     }
 
@@ -77,7 +77,7 @@ impl Buffer {
             Value::from(bound.to_vec())
         };
         let (min, max) = (bound(f32::min, f32::INFINITY), bound(f32::max, f32::NEG_INFINITY));
-        self.accessor(json!({
+        self.accessor(&json!({
             "bufferView": view, "componentType": FLOAT, "count": values.len(), "type": format!("VEC{N}"),
             "min": min, "max": max,
         }))
@@ -89,7 +89,7 @@ impl Buffer {
         let values: Vec<u8> = others.iter().flat_map(|(_, value)| value.map(f32::to_le_bytes)).flatten().collect();
         let (positions, values) = (self.file(&positions), self.file(&values));
         let view = self.accessors[base].value()["bufferView"].take();
-        self.accessor(json!({
+        self.accessor(&json!({
             "bufferView": view, "componentType": FLOAT, "count": count, "type": "VEC2",
             "sparse": {
                 "count": others.len(),
@@ -101,7 +101,7 @@ impl Buffer {
     /// Adds zeros for a number of vectors, and returns the index of the accessor. They take no bytes.
     pub(super) fn zeros(&mut self, count: usize) -> usize {
         let zeros = [0.0; 3];
-        self.accessor(json!({ "componentType": FLOAT, "count": count, "type": "VEC3", "min": zeros, "max": zeros }))
+        self.accessor(&json!({ "componentType": FLOAT, "count": count, "type": "VEC3", "min": zeros, "max": zeros }))
     }
     /// Adds an accessor with the first `count` values of another one, sparse or not, and behind them copies of some of them. Returns its
     /// index; `None` if there is no such accessor, or if the buffer lacks some of its bytes or has them compressed.
@@ -143,7 +143,7 @@ impl Buffer {
         fields.retain(|name, _| name != "byteOffset" && name != "sparse");
         entry["bufferView"] = view.into();
         entry["count"] = (count + copies.len()).into();
-        Some(self.accessor(entry))
+        Some(self.accessor(&entry))
     }
     /// Bytes from the place that a view and an offset give to the end of the view, and its distance between values if it has one.
     fn bytes_of(&self, place: &Value) -> Option<(&[u8], Option<usize>)> {
@@ -175,7 +175,7 @@ impl Buffer {
                 *out = i.to_le_bytes();
             }
         }
-        self.accessor(json!({ "bufferView": view, "componentType": kind, "count": indices.len(), "type": "SCALAR" }))
+        self.accessor(&json!({ "bufferView": view, "componentType": kind, "count": indices.len(), "type": "SCALAR" }))
     }
 
     /// Finishes the file with a document that uses the indices returned before.

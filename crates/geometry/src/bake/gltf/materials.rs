@@ -333,14 +333,15 @@ impl<'a> Materials<'a> {
         let names = &self.carrier.model.data().materials();
         let name = material.map_or(CARRIER_MATERIAL.into(), |m| String::from_utf8_lossy(&names[m as usize]));
         let found = material.and_then(|_| self.defined.get(name.as_ref()).copied());
-        let mut entry = self.properties(buffer, found);
         let part = self.carrier.pages.as_ref().map(|pages| &pages.of_faces.parts()[page as usize]);
         // One material of the mesh may be on several tiles.
         let name = match part {
             Some(Part::Tile(tile)) => format!("{name}.{tile}").into(),
             _ => name,
         };
-        entry["name"] = name.into();
+        let mut entry = Object::from_iter([("name".to_owned(), name.into())]);
+        entry.extend(self.properties(buffer, found));
+        let mut entry = Value::from(entry);
         entry["doubleSided"] = (sides == Sides::Both).into();
         // Maps of shading hold the front where a back shares its texels, and nothing where it has others.
         if let Some(texture) = self.occlusion.filter(|_| sides != Sides::OneTurned) {

@@ -3,17 +3,18 @@
 use super::{Buffer, GREY, Materials, ROUGHNESS};
 use crate::bake::gltf::Picture;
 use crate::source::materials::Material;
-use serde_json::{Value, json};
+use serde_json::{Map as Object, Value, json};
 
 impl<'a> Materials<'a> {
     /// Entry of a material of a library, or of grey for `None`, without name.
-    pub(super) fn properties(&mut self, buffer: &mut Buffer, material: Option<&'a Material>) -> Value {
+    pub(super) fn properties(&mut self, buffer: &mut Buffer, material: Option<&'a Material>) -> Object<String, Value> {
         let Some(material) = material else {
             let [r, g, b] = GREY;
-            return json!({ "pbrMetallicRoughness":
-                { "baseColorFactor": [r, g, b, 1.0], "metallicFactor": 0.0, "roughnessFactor": ROUGHNESS } });
+            let grey =
+                json!({ "baseColorFactor": [r, g, b, 1.0], "metallicFactor": 0.0, "roughnessFactor": ROUGHNESS });
+            return Object::from_iter([("pbrMetallicRoughness".to_owned(), grey)]);
         };
-        let mut entry = json!({});
+        let mut entry = Object::new();
         let colours = self.colours(buffer, material, &mut entry);
         let default = if material.diffuse_texture.is_some() && colours.is_some() { [1.0; 3] } else { GREY };
         let [r, g, b] = colour(material.diffuse).unwrap_or(default).map(|x| x.clamp(0.0, 1.0));
@@ -38,19 +39,24 @@ impl<'a> Materials<'a> {
         if let Some(texture) = surface {
             shading["metallicRoughnessTexture"] = json!({ "index": texture });
         }
-        entry["pbrMetallicRoughness"] = shading;
+        entry.insert("pbrMetallicRoughness".to_owned(), shading);
         self.add_emission(buffer, material, &mut entry);
         // Heights of bumps have no place in glTF.
         let normals = material.normal_texture.as_deref();
         if let Some(texture) = normals.and_then(|file| self.picture(buffer, Picture::File(file))) {
-            entry["normalTexture"] = json!({ "index": texture });
+            entry.insert("normalTexture".to_owned(), json!({ "index": texture }));
         }
         entry
     }
 
     /// Texture of the colours, with the opacity as alpha. What is less than half opaque is cut out: blending would need an order of
     /// drawing, and leaves and hair have none.
-    fn colours(&mut self, buffer: &mut Buffer, material: &'a Material, entry: &mut Value) -> Option<usize> {
+    fn colours(
+        &mut self,
+        buffer: &mut Buffer,
+        material: &'a Material,
+        entry: &mut Object<String, Value>,
+    ) -> Option<usize> {
         let [colour, opacity] = [&material.diffuse_texture, &material.opacity_texture].map(Option::as_deref);
         let together = match (colour, opacity) {
             (Some(colour), Some(opacity)) if colour == opacity => Some(Picture::File(colour)),
@@ -58,13 +64,13 @@ impl<'a> Materials<'a> {
             (_, None) => None,
         };
         if let Some(texture) = together.and_then(|picture| self.picture(buffer, picture)) {
-            entry["alphaMode"] = "MASK".into();
+            entry.insert("alphaMode".to_owned(), "MASK".into());
             return Some(texture);
         }
         colour.and_then(|file| self.picture(buffer, Picture::File(file)))
     }
 
-    fn add_emission(&mut self, buffer: &mut Buffer, material: &'a Material, entry: &mut Value) {
+    fn add_emission(&mut self, buffer: &mut Buffer, material: &'a Material, entry: &mut Object<String, Value>) {
         let file = material.emission_texture.as_deref();
         let texture = file.and_then(|file| self.picture(buffer, Picture::File(file)));
         let glowing = colour(material.emission).map(|c| c.map(|x| x.max(0.0))).filter(|c| *c != [0.0; 3]);
@@ -77,9 +83,9 @@ impl<'a> Materials<'a> {
             (None, Some(_)) => [1.0; 3],
             (None, None) => return,
         };
-        entry["emissiveFactor"] = json!(factor);
+        entry.insert("emissiveFactor".to_owned(), json!(factor));
         if let Some(texture) = texture {
-            entry["emissiveTexture"] = json!({ "index": texture });
+            entry.insert("emissiveTexture".to_owned(), json!({ "index": texture }));
         }
     }
 }
