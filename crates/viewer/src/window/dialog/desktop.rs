@@ -2,8 +2,9 @@
 
 use super::{FilePurpose, Outcome, Purpose};
 use planish_geometry::source::format::Format;
-use rfd::AsyncFileDialog;
+use rfd::{AsyncFileDialog, FileHandle};
 use std::path::{Path, PathBuf};
+use std::pin::Pin;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 /// Returns true where there is a desktop that shows dialogs.
@@ -44,19 +45,18 @@ impl Asked {
 
 /// Asks the desktop, and wakes the window when it has answered.
 fn ask(context: &egui::Context, purpose: Purpose, start: &Path) -> Receiver<Option<PathBuf>> {
-    let folder = if purpose == Purpose::Save { start.parent().unwrap_or(start) } else { start };
-    let dialog = AsyncFileDialog::new().set_title(purpose.words().0).set_directory(folder);
+    let dialog = AsyncFileDialog::new().set_title(purpose.words().0);
     // macOS wants dialogs to be made where the window is, and waits elsewhere.
+    let chosen: Pin<Box<dyn Future<Output = Option<FileHandle>> + Send>> = match purpose {
+        Purpose::Save => Box::pin(dialog.set_directory(start.parent().unwrap_or(start)).pick_folder()),
+        Purpose::Open(file) => Box::pin(filtered(dialog, file).set_directory(start).pick_file()),
+    };
     let (sender, receiver) = channel();
     let context = context.clone();
-    let (file, save) = match purpose {
-        Purpose::Save => (None, Some(dialog.pick_folder())),
-        Purpose::Open(file) => (Some(filtered(dialog, file).pick_file()), None),
-    };
     std::thread::spawn(move || {
-        let chosen = file.and_then(pollster::block_on).or_else(|| save.and_then(pollster::block_on));
+        let chosen = pollster::block_on(chosen).map(|handle| handle.path().to_owned());
         // Nobody waits any more where the window was closed meanwhile.
-        let _ = sender.send(chosen.map(|handle| handle.path().to_owned()));
+        let _ = sender.send(chosen);
         context.request_repaint();
     });
     receiver
