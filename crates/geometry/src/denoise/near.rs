@@ -13,7 +13,7 @@ use std::collections::BinaryHeap;
 
 pub(super) use crate::mesh::nearest::Found;
 
-/// Number of items up to which a list counts as a whole: five times as many as meshes have that came of any common program.
+/// Number of items up to which a list counts as a whole: ten times the six triangles around a vertex of an even mesh.
 pub(super) const MOST_IN_LIST: usize = 64;
 
 /// Lists of items, each of which has a point. Of a long list those items that are nearest to a point can be had.

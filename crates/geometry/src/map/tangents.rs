@@ -199,7 +199,7 @@ impl Frames {
         Self { corners, tangents: vec![[Tangent::default(); 3]; triangles.len()] }
     }
 
-    /// Computes the frames of `triangles`, which these are the attributes of, and returns those of `own`, which are among them.
+    /// Computes the frames of `triangles`, whose attributes these are, and returns those of `own`, which are among them.
     fn generate(mut self, triangles: &[Index], own: &[Index]) -> Vec<[Tangent; 3]> {
         // The error type has no values.
         let _ = bevy_mikktspace::generate_tangents(&mut self);

@@ -65,7 +65,7 @@ impl Weld {
         Self { vertex_of, first }
     }
 
-    /// The same welding but for some source vertices (true in `is_apart`, #v), which are welded to one another only.
+    /// Returns this welding with some source vertices (true in `is_apart`, #v) welded to one another only.
     #[must_use]
     pub fn split(&self, is_apart: &[bool]) -> Self {
         let mut first = vec![[Index::MAX; 2]; self.first.len()];

@@ -61,7 +61,7 @@ impl Backs {
         backs
     }
 
-    /// The same backs, of which those have a side of their own whose source vertices are all among these, which ascend.
+    /// Returns these backs with another list of source vertices, ascending: a back that names no others has a side of its own.
     #[must_use]
     pub fn with_vertices(self, vertices: Vec<Index>) -> Self {
         Self { vertices, ..self }

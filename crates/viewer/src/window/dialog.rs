@@ -44,7 +44,7 @@ enum Drawn {
     ByDesktop(desktop::Asked),
 }
 
-/// What the window shows of a dialog.
+/// Dialog that the window draws: the entries of a folder.
 struct Listing {
     /// Folder that is listed, and its entries.
     listed: Option<(PathBuf, Vec<Entry>)>,
@@ -127,7 +127,7 @@ impl Purpose {
         }
     }
 
-    /// What it means that this path was chosen.
+    /// Outcome of a dialog in which this path was chosen.
     fn chosen(self, path: PathBuf) -> Outcome {
         match self {
             Self::Save => Outcome::SaveTo(path),

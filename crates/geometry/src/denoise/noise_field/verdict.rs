@@ -67,11 +67,11 @@ fn evidence(of_regions: &[OfRegion]) -> Vec<Option<f64>> {
     of_regions.par_iter().map(of).collect()
 }
 
-/// Whether the regions say all in all that what looks like white noise is the surface, as bricks and knurls are that have the spacing of
-/// the vertices.
+/// Whether the regions say all in all that what looks like white noise is the surface, as knurls are that have the spacing of the
+/// vertices.
 ///
-/// Evidence is a logarithm of odds, so 0 is where neither is likelier. Of 1,149 versions of the training set with such noise, by trees
-/// that were fitted without their shapes, 6 are below, all of them reliefs.
+/// Evidence is a logarithm of odds, so 0 is where neither is likelier. Of 1,149 noisy versions of training shapes whose noise is even and
+/// white, 6 are below by trees that were fitted without these shapes, all of them reliefs.
 fn contradicts(evidence: &[Option<f64>]) -> bool {
     let (sum, count) = evidence.iter().flatten().fold((0.0, 0.0), |(sum, count), e| (sum + e, count + 1.0));
     count > 0.0 && sum / count < 0.0

@@ -28,7 +28,7 @@ impl EncodeError {
     }
 }
 
-/// What a build without a file format says of it.
+/// Message of a build that was made without a file format.
 fn left_out(format: FileFormat) -> String {
     format!("this build has no {format}: it is the feature `{}` of planish-geometry", format.name())
 }
