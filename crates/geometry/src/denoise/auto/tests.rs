@@ -343,3 +343,19 @@ fn regular_pleats_are_no_noise() {
         }
     }
 }
+
+#[test]
+fn small_shares_go_to_the_others_and_equal_ones_stay() {
+    let shares = |all: &[f64]| -> Vec<f64> {
+        let of = |(share, candidate): (&f64, Candidate)| CandidateShare {
+            share: *share,
+            ..CandidateShare::all_of(candidate)
+        };
+        let kept = without_small_shares(all.iter().zip(Candidate::ALL).map(of).collect());
+        kept.iter().map(|share| share.share).collect()
+    };
+    assert_eq!(shares(&[0.5, 0.25, 0.125, 0.125]), [2.0 / 3.0, 1.0 / 3.0, 0.0, 0.0]);
+    // More candidates than there is room for in large shares.
+    let equal = shares(&[0.1; 10]);
+    assert!(equal.iter().all(|share| (share - 0.1).abs() < 1e-12), "{equal:?}");
+}
