@@ -4,8 +4,8 @@ use super::measure::{Lengths, centroid_distances, surface_of};
 use super::part::Part;
 use super::plan::{Plan, of_tile};
 use super::reach::{self, Halo};
-use super::records::{Numbers, NumbersOut, failed};
-use super::{anchor, measure};
+use super::records::{Numbers, NumbersOut, failed, write_json};
+use super::{anchor, measure, rounds};
 use crate::denoise_mesh::{self, DenoiseError, WeldedMesh};
 use crate::failure::Failure;
 use crate::text::shown;
@@ -63,7 +63,16 @@ pub struct TileReport {
 impl Job {
     /// Whether the job needs the lengths of the whole mesh.
     pub fn needs_lengths(&self) -> bool {
-        reach::needs_centroid_distance(&self.method.denoiser) || self.method.limits.max_displacement.is_some()
+        let is_measured = reach::needs_centroid_distance(&self.method.denoiser) || self.rounds().is_some();
+        is_measured || self.method.limits.max_displacement.is_some()
+    }
+
+    /// Number of rounds that all tiles take together before [`denoise`], by [`round`](super::round) and
+    /// [`end_round`](super::end_round); `None` for most methods.
+    pub fn rounds(&self) -> Option<u32> {
+        // A halo for blending is that of a caller who takes no rounds.
+        let takes_rounds = self.halo.is_bounded && self.weights.is_none();
+        reach::rounds(&self.method, None).filter(|_| takes_rounds).map(|(_, rounds)| rounds)
     }
 
     /// Checks that the method and its limits can be had tile by tile.
@@ -90,11 +99,11 @@ pub fn denoise(folder: &Path, tile: usize, job: &Job, progress: &dyn Progress) -
     }
     job.check()?;
     let plan = Plan::of(folder)?;
-    let report = denoise_part(folder, &plan, tile, job, progress)?;
-    let unfinished = path.with_added_extension(format!("{}.unfinished", std::process::id()));
-    std::fs::write(&unfinished, serde_json::to_vec(&report).map_err(Failure::internal)?)
-        .map_err(failed(&unfinished))?;
-    std::fs::rename(&unfinished, &path).map_err(failed(&path))?;
+    let report = match job.rounds() {
+        Some(rounds) => after_rounds(folder, &plan, tile, job, (rounds, progress))?,
+        None => denoise_part(folder, &plan, tile, job, progress)?,
+    };
+    write_json(&path, &report)?;
     Ok(report)
 }
 
@@ -175,10 +184,48 @@ fn denoise_part(
     Ok(report)
 }
 
+/// Writes the result of a tile that has taken all of its rounds.
+fn after_rounds(
+    folder: &Path,
+    plan: &Plan,
+    tile: usize,
+    job: &Job,
+    (rounds, progress): (u32, &dyn Progress),
+) -> Result<TileReport, Failure> {
+    let part = Part::read(folder, plan, tile, job.halo.band, progress)?;
+    let WeldedSurface { surface, .. } = surface_of(&part, plan.welding);
+    let mut report = TileReport {
+        tile,
+        vertices: plan.tiles[tile],
+        with_halo: part.ids.len(),
+        displacement: 0.0,
+        max_displacement: 0.0,
+        mean_edge: measure::mean_edge(&surface, surface.positions().len()),
+        misoriented_edges: misoriented(&surface),
+        sigma: None,
+        choice: None,
+    };
+    let mut out = NumbersOut::create(result(folder, tile, &job.key))?;
+    for (found, p) in rounds::results(folder, tile, job, rounds)?.into_iter().zip(&part.positions) {
+        // Rounded as displacements are.
+        let delta = *p - found.position;
+        out.index(found.id)?;
+        out.index(found.ring.into())?;
+        out.position(*p - delta)?;
+        if found.ring == 0 {
+            report.displacement += delta.length();
+            report.max_displacement = report.max_displacement.max(delta.length());
+        }
+    }
+    out.finish()?;
+    Ok(report)
+}
+
 /// Gives settings in the mean distance of a part that are those in the mean distance of the whole mesh.
 fn measured_in(denoiser: &mut Denoiser, known: Lengths, part: &mut Part, plan: &Plan) {
     if let Denoiser::BilateralNormals(settings) = denoiser {
-        let edges = centroid_distances(&surface_of(part, plan.welding).surface).len();
+        let WeldedSurface { surface, .. } = surface_of(part, plan.welding);
+        let edges = centroid_distances(&surface, surface.positions()).len();
         let mean = anchor::add(part, edges, plan.bounds[0].distance(plan.bounds[1]));
         // A quotient by a power of two is exact.
         settings.sigma_spatial = settings.sigma_spatial * known.mean_centroid_distance / mean;

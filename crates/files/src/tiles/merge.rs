@@ -47,10 +47,10 @@ pub(super) fn positions(folder: &Path) -> PathBuf {
 }
 
 /// A vertex in the result of a tile.
-struct Found {
-    id: Index,
-    ring: u16,
-    position: DVec3,
+pub(super) struct Found {
+    pub(super) id: Index,
+    pub(super) ring: u16,
+    pub(super) position: DVec3,
 }
 
 /// Puts the results of all tiles together. Where the method is bounded each vertex is as its own tile has it, and the others are
@@ -101,7 +101,7 @@ fn largest_and_rms(mut lengths: Vec<f64>) -> (f64, f64) {
     (lengths.last().copied().unwrap_or(0.0), (squares / lengths.len().max(1) as f64).sqrt())
 }
 
-fn read(file: &mut Numbers) -> Result<Option<Found>, Failure> {
+pub(super) fn read(file: &mut Numbers) -> Result<Option<Found>, Failure> {
     if file.is_at_end()? {
         return Ok(None);
     }
@@ -109,7 +109,7 @@ fn read(file: &mut Numbers) -> Result<Option<Found>, Failure> {
 }
 
 /// The next vertex of the tile itself.
-fn own(file: &mut Numbers) -> Result<Option<Found>, Failure> {
+pub(super) fn own(file: &mut Numbers) -> Result<Option<Found>, Failure> {
     while let Some(found) = read(file)? {
         if found.ring == 0 {
             return Ok(Some(found));
