@@ -146,8 +146,9 @@ def bake_tiles(run: Tiles, output: str, settings: Settings, options: dict[str, A
     indices = range(len(merged.plan["tiles"]))
     run.each("heights", "tile_heights", [(folder, tile, job) for tile in indices])
     run.each("pages", "tile_page", [(folder, tile, job) for tile in indices])
-    bundle = run.one("bundle", "tiles_bundle", path, (folder, output), (merged.job, job), merged.digest, mesh)
-    return report | json.loads(bundle)
+    told = run.one("bundle", "tiles_bundle", path, (folder, output), (merged.job, job), merged.digest, mesh)
+    bundle: dict[str, Any] = json.loads(told)
+    return report | bundle
 
 
 def _merge(run: Tiles, settings: Settings) -> _Merged:

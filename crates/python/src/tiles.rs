@@ -63,7 +63,7 @@ impl MapOptions {
             _ => TexelFormat::new(FileFormat::Exr, bits).filter(|_| bits == 32),
         };
         let texel = texel.ok_or_else(|| Failure::Input(format!("`bits` is 8, 16 or 32, not {bits}")))?;
-        if !(lambda.abs() <= 1e6) {
+        if lambda.is_nan() || lambda.abs() > 1e6 {
             return Err(Failure::Input(format!("`lambda_` is a number up to 1000000, not {lambda}")));
         }
         let job = MapJob { key, map, texel, lambda };

@@ -1,16 +1,17 @@
 //! Denoises one tile.
 
+use super::job::Job;
 use super::measure::{Lengths, centroid_distances, surface_of};
 use super::part::Part;
 use super::plan::{Plan, of_tile};
-use super::reach::{self, Halo};
+use super::reach;
 use super::records::{Numbers, NumbersOut, failed, write_json};
 use super::{anchor, measure, rounds};
 use crate::denoise_mesh::{self, DenoiseError, WeldedMesh};
 use crate::failure::Failure;
 use crate::text::shown;
-use planish_geometry::denoise::limits::{Limits, Volume, WeightMask, Weights};
-use planish_geometry::denoise::{Denoiser, Denoising};
+use planish_geometry::denoise::Denoiser;
+use planish_geometry::denoise::limits::{Limits, WeightMask, Weights};
 use planish_geometry::mesh::surface::Surface;
 use planish_geometry::mesh::topology::{EdgeKind, Topology};
 use planish_geometry::mesh::weld::{Weld, Welding};
@@ -18,21 +19,6 @@ use planish_geometry::progress::Progress;
 use planish_geometry::source::model::WeldedSurface;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
-
-/// How each tile of a mesh is denoised: decided once, for all of them.
-#[derive(Clone, Debug)]
-pub struct Job {
-    /// Name by which the caller knows the mesh and all settings. Results under this name are those of this job.
-    pub key: String,
-    /// Method and limits. Masks of single vertices are in `weights`.
-    pub method: Denoising,
-    /// Halo of each tile.
-    pub halo: Halo,
-    /// Lengths of the whole mesh, where [`Job::needs_lengths`] asks for them.
-    pub lengths: Option<Lengths>,
-    /// File with a weight of each source vertex (f32, little endian); `None` if all are 1.
-    pub weights: Option<PathBuf>,
-}
 
 /// Figures of a tile. Lengths are in model units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -58,35 +44,6 @@ pub struct TileReport {
     /// Measurements and choice of the method `auto` for the part.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub choice: Option<serde_json::Value>,
-}
-
-impl Job {
-    /// Whether the job needs the lengths of the whole mesh.
-    pub fn needs_lengths(&self) -> bool {
-        let is_measured = reach::needs_centroid_distance(&self.method.denoiser) || self.rounds().is_some();
-        is_measured || self.method.limits.max_displacement.is_some()
-    }
-
-    /// Number of rounds that all tiles take together before [`denoise`], by [`round`](super::round) and
-    /// [`end_round`](super::end_round); `None` for most methods.
-    pub fn rounds(&self) -> Option<u32> {
-        // A halo for blending is that of a caller who takes no rounds.
-        let takes_rounds = self.halo.is_bounded && self.weights.is_none();
-        reach::rounds(&self.method, None).filter(|_| takes_rounds).map(|(_, rounds)| rounds)
-    }
-
-    /// Checks that the method and its limits can be had tile by tile.
-    pub fn check(&self) -> Result<(), Failure> {
-        if self.method.limits.volume == Volume::Preserve {
-            let reason = "the volume is that of the whole mesh: `preserve_volume` does not go with tiles";
-            return Err(Failure::Input(reason.to_owned()));
-        }
-        Ok(())
-    }
-
-    fn report(&self, folder: &Path, tile: usize) -> PathBuf {
-        of_tile(folder, tile, &format!("{}.json", self.key))
-    }
 }
 
 /// Denoises a tile and writes its result to the folder; what is there already is not done again.
@@ -206,7 +163,7 @@ fn after_rounds(
         choice: None,
     };
     let mut out = NumbersOut::create(result(folder, tile, &job.key))?;
-    for (found, p) in rounds::results(folder, tile, job, rounds)?.into_iter().zip(&part.positions) {
+    for (found, p) in rounds::after_all(folder, tile, job, rounds)?.into_iter().zip(&part.positions) {
         // Rounded as displacements are.
         let delta = *p - found.position;
         out.index(found.id)?;

@@ -102,8 +102,8 @@ pub fn heights(folder: &Path, tile: usize, job: &MapJob, progress: &dyn Progress
     }
     job.check()?;
     let plan = Plan::of(folder)?;
-    // The normal of a vertex depends on the faces around it.
-    let part = Part::read(folder, &plan, tile, 1, progress)?;
+    // The normal of a vertex depends on the faces around it, and what is lost at a triangle on the normals of its vertices.
+    let part = Part::read(folder, &plan, tile, 2, progress)?;
     let WeldedSurface { weld, surface, .. } = surface_of(&part, plan.welding);
     let after = positions_at(merge::positions(folder), &part.ids)?;
     let after: Vec<DVec3> = weld.first().iter().map(|&v| after[v as usize]).collect();

@@ -154,10 +154,9 @@ pub fn page(folder: &Path, tile: usize, job: &MapJob, progress: &dyn Progress) -
     let channels: Vec<Vec<f64>> =
         (0..job.map.planes()).map(|k| records.iter().map(|record| record.channels[k]).collect()).collect();
     let maps: Vec<HeightMap> = channels.iter().map(|channel| per_vertex::bake(channel, &texels)).collect();
-    let internal = |e: &dyn std::fmt::Display| Failure::internal(e);
-    let bytes = Displacement::encode(&maps, job.map, encoding).to_bytes().map_err(|e| internal(&e))?;
+    let bytes = Displacement::encode(&maps, job.map, encoding).to_bytes().map_err(Failure::internal)?;
     let size = maps[0].size;
-    let written = Displacement::decode(&bytes, job.map, size, encoding).map_err(|e| internal(&e))?;
+    let written = Displacement::decode(&bytes, job.map, size, encoding).map_err(Failure::internal)?;
     let mut file = NumbersOut::create(job.file(folder, tile, "page"))?;
     file.bytes(&bytes)?;
     file.finish()?;

@@ -2,12 +2,12 @@
 //!
 //! The halo is as wide as one round looks. Vertices of the halo begin each round where their own tile has put them.
 
-use super::denoise::Job;
+use super::job::Job;
 use super::measure::{self, centroid_distances, surface_of};
-use super::merge::{self, Found};
 use super::part::Part;
 use super::plan::{Plan, of_tile};
 use super::records::{Numbers, NumbersOut, failed, read_json, write_json};
+use super::results::{self, Found};
 use crate::failure::Failure;
 use glam::DVec3;
 use planish_geometry::denoise::{Denoiser, GuidedRound};
@@ -102,11 +102,11 @@ fn positions(folder: &Path, part: &Part, job: &Job, round: u32) -> Result<Vec<DV
     }
     let mut positions = part.positions.clone();
     for (tile, sources) in of_tiles {
-        let mut results = Numbers::open(file(folder, tile.into(), job, "round", round))?;
+        let mut of_tile = Numbers::open(file(folder, tile.into(), job, "round", round))?;
         for source in sources {
             let id = part.ids[source];
             let found = loop {
-                match merge::own(&mut results)? {
+                match results::own(&mut of_tile)? {
                     Some(Found { id: found, position, .. }) if found == id => break position,
                     Some(_) => {}
                     None => return Err(Failure::Internal(format!("no tile has vertex {id}"))),
@@ -143,8 +143,8 @@ fn differences(folder: &Path, tiles: usize, job: &Job, round: u32, progress: &dy
     let each = |take: &mut dyn FnMut(Found)| -> Result<(), Failure> {
         for tile in 0..tiles {
             progress.check()?;
-            let mut results = Numbers::open(file(folder, tile, job, "round", round))?;
-            while let Some(found) = merge::read(&mut results)? {
+            let mut of_tile = Numbers::open(file(folder, tile, job, "round", round))?;
+            while let Some(found) = results::read(&mut of_tile)? {
                 take(found);
             }
         }
@@ -169,11 +169,11 @@ fn differences(folder: &Path, tiles: usize, job: &Job, round: u32, progress: &dy
 }
 
 /// Results of the last round of a tile, by source vertex and ring, for the tile and the band around it.
-pub(super) fn results(folder: &Path, tile: usize, job: &Job, rounds: u32) -> Result<Vec<Found>, Failure> {
+pub(super) fn after_all(folder: &Path, tile: usize, job: &Job, rounds: u32) -> Result<Vec<Found>, Failure> {
     let mut file = Numbers::open(file(folder, tile, job, "round", rounds))?;
-    let mut results = Vec::new();
-    while let Some(found) = merge::read(&mut file)? {
-        results.push(found);
+    let mut found = Vec::new();
+    while let Some(next) = results::read(&mut file)? {
+        found.push(next);
     }
-    Ok(results)
+    Ok(found)
 }

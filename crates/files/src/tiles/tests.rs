@@ -38,8 +38,9 @@ fn file() -> Vec<u8> {
 
 /// Takes all rounds of a job on all tiles, and returns the number of results in which tiles differ.
 fn take_rounds(folder: &Path, tiles: usize, job: &Job) -> usize {
+    let Some(rounds) = job.rounds() else { return 0 };
     let mut last = last_round(folder, job).unwrap();
-    while Some(last.round) < job.rounds() {
+    while last.round < rounds {
         for tile in (0..tiles).rev() {
             round(folder, tile, job, last, &Silent).unwrap();
         }
