@@ -19,8 +19,8 @@ struct Corner {
     @location(12) open: f32,
 }
 
-/// Above the sides: the triangle has a texture.
-const TEXTURED = 64u;
+/// Bits of the sides, below the flags of the triangle.
+const SIDE_BITS = 6u;
 
 /// With `SHADING_BUMP` the slope of the heights is seen, and so the vertices stay.
 fn place(i: u32) -> vec3f {
@@ -45,14 +45,16 @@ fn vs_mesh(@builtin(vertex_index) corner: u32) -> Corner {
     out.position = place(i);
     out.clip = frame.clip_from_world * vec4f(out.position, 1.0);
     out.normal = wedge.normal;
+    let flags = flags_of(first);
+    let turned = select(1.0, -1.0, (flags & TURNED) != 0u);
     if NORMALS == NORMALS_DERIVED {
         let derived = derived_normals[i].xyz;
         if any(derived != vec3f(0.0)) {
-            out.normal = derived;
+            out.normal = turned * derived;
         }
     } else if uses_normal_map() && any(vertices[i].normal != vec3f(0.0)) {
         // A normal map is relative to the normals that the map displaces along.
-        out.normal = vertices[i].normal;
+        out.normal = turned * vertices[i].normal;
     }
     out.tangent = wedge.tangent;
     out.uv = wedge.uv;
@@ -66,7 +68,7 @@ fn vs_mesh(@builtin(vertex_index) corner: u32) -> Corner {
     }
     out.barycentric = select(vec3f(0.0), vec3f(1.0), vec3u(0u, 1u, 2u) == vec3u(k));
     out.sides = side_of(first) | (side_of(first + 1u) << 2u) | (side_of(first + 2u) << 4u);
-    out.sides |= select(0u, TEXTURED, is_textured(first));
+    out.sides |= flags << SIDE_BITS;
     // Three vertices more are a price that not every picture has to pay.
     if SHADING == SHADING_FLAT || SHADING == SHADING_GOURAUD || SHADING == SHADING_BUMP || all(out.normal == vec3f(0.0)) {
         set_plane(&out, first);
@@ -116,13 +118,17 @@ fn mapped(in: Corner, strength: f32) -> vec3f {
     return normalize(n.x * in.tangent.xyz + n.y * bitangent + n.z * in.normal);
 }
 
+fn has_flag(in: Corner, flag: u32) -> bool {
+    return ((in.sides >> SIDE_BITS) & flag) != 0u;
+}
+
 /// Unit normal, outwards.
 fn shading_normal(in: Corner) -> vec3f {
     let has_uv = in.has.y > 0.999;
     if SHADING == SHADING_FLAT {
         return in.face_normal;
     }
-    if uses_normal_map() && has_uv {
+    if uses_normal_map() && has_uv && has_flag(in, MAPPED) {
         return mapped(in, frame.normal_strength);
     }
     let normal = select(in.face_normal, normalize(in.normal), any(in.normal != vec3f(0.0)));
@@ -179,7 +185,7 @@ fn fs_mesh(in: Corner, @builtin(front_facing) front: bool) -> @location(0) vec4f
             colour = lit(base, in.position, normal, open);
         }
         case SHADING_TEXTURE: {
-            let textured = (in.sides & TEXTURED) != 0u && has_uv;
+            let textured = has_flag(in, TEXTURED) && has_uv;
             let base = select(frame.base_colour, colour_at(in.uv, duv_dx, duv_dy), textured);
             colour = lit(base, in.position, normal, open);
         }

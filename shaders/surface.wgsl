@@ -35,7 +35,7 @@ struct Wedge {
 @group(2) @binding(0) var<storage, read> vertices: array<Vertex>;
 @group(2) @binding(1) var<storage, read> extras: array<Extra>;
 @group(2) @binding(2) var<storage, read> wedges: array<Wedge>;
-// Three a triangle: the wedge, above it what lies along the side to the next corner, and whether the triangle has a texture.
+// Three a triangle: the wedge, above it what lies along the side to the next corner, and two of the triangle's flags.
 @group(2) @binding(3) var<storage, read> corners: array<u32>;
 // Of the displaced surface, from `cs_normals`.
 @group(2) @binding(4) var<storage, read> derived_normals: array<vec4f>;
@@ -43,6 +43,7 @@ struct Wedge {
 const PLACE_NONE = 0u;
 const PLACE_UV = 1u;
 const WEDGE_BITS = 28u;
+const FLAG_BITS = 30u;
 const SIDE_EDGE = 0u;
 const SIDE_SEAM = 1u;
 const SIDE_DIAGONAL = 2u;
@@ -55,8 +56,14 @@ fn side_of(corner: u32) -> u32 {
     return (corners[corner] >> WEDGE_BITS) & 3u;
 }
 
-fn is_textured(corner: u32) -> bool {
-    return (corners[corner] >> (WEDGE_BITS + 2u)) != 0u;
+// Flags: the triangle has a texture, it has a normal map, it is the back of another one.
+const TEXTURED = 1u;
+const MAPPED = 2u;
+const TURNED = 4u;
+
+/// Flags of the triangle whose corners begin at `first`.
+fn flags_of(first: u32) -> u32 {
+    return (corners[first] >> FLAG_BITS) | ((corners[first + 1u] >> FLAG_BITS) << 2u);
 }
 
 /// What the map says at the i-th vertex, model units: the height in x, or a vector.

@@ -73,6 +73,33 @@ def test_tiles_give_the_bits_of_the_whole_mesh(method, large, client, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["tiles.ply", "whole.ply"]
 
 
+def test_rounds_that_measure_the_whole_mesh_give_its_bits(client, tmp_path):
+    """Each round of guided normals goes by the mean distance of all faces as they are then."""
+    path = tmp_path / "mesh.ply"
+    write_ply(path, *torus(200, 128))
+    package.read(path).denoise("guided-normals", iterations=4).write(tmp_path / "whole.ply")
+
+    def run(progress=None):
+        settings = {"iterations": 4, "tiles": 4, "client": client, "progress": progress}
+        return dask.denoise_large(path, tmp_path / "tiles.ply", "guided-normals", **settings)
+
+    told = []
+
+    def stop_in_the_third_round(stage, fraction):
+        told.append((stage, fraction))
+        return told.count(("measuring", 1.0)) < 4 or stage != "denoising"
+
+    with pytest.raises(package.Interrupted):
+        run(stop_in_the_third_round)
+    # Rounds that are over have left their sum, and only the results of the last one.
+    assert len(list((tmp_path / "tiles.ply.tiles").glob("tile-all.*"))) >= 2
+    assert len(list((tmp_path / "tiles.ply.tiles").glob("tile-*.round-1"))) == 0
+    report = run()
+    assert (tmp_path / "tiles.ply").read_bytes() == (tmp_path / "whole.ply").read_bytes() != path.read_bytes()
+    assert report["exact"] and report["borders"]["different"] == 0 and report["halo"] < 40
+    assert max(report["tiles"]) < report["vertices"] / 3
+
+
 def test_limits_and_settings_hold_in_tiles(client, tmp_path):
     points, faces = torus(60, 40)
     path = tmp_path / "mesh.obj"

@@ -125,3 +125,32 @@ def test_any_number_of_workers_gives_the_files_of_the_command_line(planish, tmp_
             assert file.read_bytes() == (tmp_path / "maps" / "one" / file.name).read_bytes()
     with pytest.raises(package.InputError, match="would have the same result"):
         dask.denoise_files([paths[0], tmp_path / paths[0].name], tmp_path)
+
+
+def test_every_method_gives_the_same_bytes_everywhere(planish, tmp_path):
+    """The command line, the package, a batch, and Dask with 1, 2 and 4 workers."""
+    import distributed
+    from planish import dask
+
+    paths = [path for path in reference_meshes() if path.stem in ("dented_sphere", "noisy_grid", "slivers", "torus", "two_scales")]
+    assert len(paths) == 5
+    expected = {}
+    for method in package.methods():
+        for path in paths:
+            out = tmp_path / "line.obj"
+            command(planish, "denoise", path, "-o", out, "--method", method)
+            expected[method, path.stem] = out.read_bytes()
+            package.read(path).denoise(method).write(tmp_path / "package.obj")
+            assert (tmp_path / "package.obj").read_bytes() == expected[method, path.stem], (method, path.stem)
+        done = subprocess.run([planish, "batch", *paths, "-o", tmp_path / "batch" / method, "--method", method], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+    assert len(set(expected.values())) > 4 * len(package.methods())
+    for workers in (1, 2, 4):
+        with distributed.LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster:
+            with distributed.Client(cluster) as client:
+                for method in package.methods():
+                    dask.denoise_files(paths, tmp_path / str(workers) / method, method, client=client)
+    for (method, stem), written in expected.items():
+        for place in ("batch", "1", "2", "4"):
+            found = list((tmp_path / place / method).rglob(f"{stem}.obj"))
+            assert [file.read_bytes() for file in found] == [written], (place, method, stem)

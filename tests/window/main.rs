@@ -44,7 +44,6 @@ fn a_map_is_made_compared_saved_and_opened_with_mouse_and_keyboard() {
     desk.key("space");
     desk.until("split", |s| s["comparing"] == "Split");
     desk.settled_view();
-    desk.keep("window_split");
     desk.key("space");
     desk.drag("λ", [0.4, 0.5], [0.01, 0.5]);
     desk.until("λ is small", |s| s["lambda"].as_f64().is_some_and(|l| l < 0.2));
@@ -134,15 +133,23 @@ fn a_denoised_mesh_is_looked_at_and_measured_against_the_clean_one() {
     desk.key("1");
     desk.until("as before", |s| s["measured"][1] == denoised);
 
+    desk.key("space");
+    desk.until("split", |s| s["comparing"] == "Split");
+    let captions: [String; 2] = serde_json::from_value(desk.state()["captions"].clone()).unwrap();
+    let says = |caption: &str, ea: f64| caption.contains(&format!("\nEa {ea:.2}°\nd mean "));
+    assert!(says(&captions[0], noisy) && says(&captions[1], denoised), "errors on both sides: {captions:?}");
+    desk.settled_view();
+    desk.keep("window_errors");
+    desk.key("space");
+    desk.until("whole", |s| s["comparing"] == "Off");
+
     let plain = desk.settled_view();
     desk.key("h");
     let heights = desk.settled_view();
     assert!(heights.differs(&plain) > 0.1, "heights are colours");
-    desk.keep("window_heights");
     desk.key("n");
     let noise = desk.settled_view();
     assert!(noise.differs(&heights) > 0.1 && noise.differs(&plain) > 0.1, "the noise is other colours");
-    desk.keep("window_noise");
     desk.click("Error");
     desk.until("compared", |s| s["busy"] == serde_json::json!([]));
     let errors = desk.settled_view();
@@ -197,7 +204,6 @@ fn a_mask_is_painted_saved_and_taken_by_the_command_line() {
     desk.until("baked with the mask", |s| s["baked"] == true && s["method"]["limits"]["mask"].is_object());
     let painted = desk.settled_view();
     assert!(painted.differs(&before) > 0.01, "what is painted is seen");
-    desk.keep("window_mask");
     // Beside the model the mouse turns it, and paints nothing.
     let mask = desk.state()["method"]["limits"]["mask"].clone();
     desk.drag("view", [0.03, 0.05], [0.1, 0.1]);
@@ -221,6 +227,65 @@ fn a_mask_is_painted_saved_and_taken_by_the_command_line() {
     planish::run(line.iter().copied().chain([&*theirs.to_string_lossy()]).map(Into::into).collect::<Vec<_>>());
     let map = |folder: &Path| fs::read(folder.join("duck.displacement.png")).unwrap();
     assert!(map(&ours) == map(&theirs), "the mask in the file is the one that was painted");
+}
+
+/// The walk of docs/window.md in ten pictures; four of them are in the documents.
+#[test]
+#[ignore = "needs Xvfb, xdotool and ImageMagick; tests/run runs it"]
+fn a_walk_from_a_raw_scan_to_a_saved_map_with_a_painted_mask() {
+    let mut desk = Desk::new();
+    bring(&desk, "duck_noisy.obj", "scan.obj");
+    bring(&desk, "duck.mtl", "duck.mtl");
+    desk.start();
+    desk.keep("window_1_start");
+    desk.key("ctrl+o");
+    desk.until("asking", |s| s["widgets"]["path"].is_array());
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    desk.keep("window_2_open");
+    let scan = desk.path("scan.obj");
+    desk.answer(&scan);
+    desk.until("baked", |s| s["baked"] == true && s["showing"] == false);
+    let denoised = desk.settled_view();
+    desk.keep("window_3_denoised");
+    desk.key("space");
+    desk.until("split", |s| s["comparing"] == "Split");
+    desk.settled_view();
+    desk.keep("window_split");
+    desk.key("space");
+    desk.key("n");
+    let noise = desk.settled_view();
+    assert!(noise.differs(&denoised) > 0.1, "the noise is colours");
+    desk.keep("window_noise");
+    desk.key("h");
+    assert!(desk.settled_view().differs(&noise) > 0.1, "heights are other colours");
+    desk.keep("window_heights");
+    desk.key("h");
+    desk.key("0");
+    desk.until("λ is 0", |s| s["lambda"] == 0.0);
+    assert!(desk.settled_view().differs(&denoised) > 0.1, "the scan as it is");
+    desk.keep("window_7_lambda");
+    desk.key("1");
+    desk.key("m");
+    desk.until("ready to paint", |s| s["busy"] == serde_json::json!([]) && s["painting"] == true);
+    desk.drag("view", [0.42, 0.42], [0.5, 0.5]);
+    desk.until("baked with the mask", |s| s["baked"] == true && s["method"]["limits"]["mask"].is_object());
+    desk.settled_view();
+    desk.keep("window_mask");
+    desk.key("m");
+    desk.until("painted", |s| s["painting"] == false && s["busy"] == serde_json::json!([]));
+    assert!(desk.settled_view().differs(&denoised) > 0.002, "what was painted keeps its noise");
+    desk.keep("window_9_masked");
+    let folder = desk.path("scan-planish");
+    desk.save(&folder);
+    desk.until("saved", |s| s["messages"].to_string().contains("files to "));
+    desk.settled_view();
+    desk.keep("window_10_saved");
+    desk.key("ctrl+q");
+    desk.ended();
+    let saved = fs::read_to_string(folder.join("scan.planish.json")).unwrap();
+    let saved: serde_json::Value = serde_json::from_str(&saved).unwrap();
+    assert!(saved["method"]["name"] == "auto" && saved["method"]["limits"]["mask"].is_object());
+    assert_eq!(contents(&folder).len(), 6);
 }
 
 #[test]

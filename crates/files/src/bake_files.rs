@@ -30,6 +30,9 @@ mod pictures;
 #[cfg(not(target_family = "wasm"))]
 mod write;
 
+#[cfg(not(target_family = "wasm"))]
+pub(crate) use write::earlier;
+
 use crate::compression;
 use crate::disk;
 use crate::failure::Failure;
@@ -93,7 +96,7 @@ pub fn folder_beside(input: &Path) -> Result<PathBuf, Failure> {
 }
 
 /// Returns the name of a mesh without folder and extension, with which the names of all results begin.
-fn stem(input: &Path) -> Result<String, Failure> {
+pub(crate) fn stem(input: &Path) -> Result<String, Failure> {
     let name = compression::uncompressed_name(input);
     let stem = name.file_stem().ok_or_else(|| Failure::at(input, "names no file"))?.to_string_lossy();
     // OBJ and MTL name files in a line, which must stay one.
@@ -254,7 +257,7 @@ pub fn bake_arrays(
 }
 
 /// BundleNames the files. The carrier has the name of the source, unless it would then overwrite the source.
-fn names(input: &Path, folder: &Path, stem: String) -> BundleNames {
+pub(crate) fn names(input: &Path, folder: &Path, stem: String) -> BundleNames {
     let is_input = |extension: &str| disk::same_file(&folder.join(format!("{stem}.{extension}")), input);
     let taken = is_input("obj") || is_input("glb");
     let carrier = if taken { format!("{stem}.planish") } else { stem.clone() };

@@ -74,36 +74,54 @@ impl Folder {
     /// Writes all files under temporary names, then renames them in their order, and returns their paths.
     pub fn write<'a>(mut self, files: impl IntoIterator<Item = (&'a Path, &'a [u8])>) -> Result<Vec<PathBuf>, Failure> {
         let _lock = Lock::acquire(self.path(), Sharing::Alone)?;
-        self.write_locked(files)
+        let staged = stage(&self.path, files)?;
+        self.rename(staged)
     }
 
     /// Writes the files of a bundle, the manifest last. `earlier` finds the files of an earlier bundle, once nobody else writes.
     pub(crate) fn write_bundle<'a>(
-        mut self,
+        self,
         files: &[(&'a Path, &'a [u8])],
         earlier: impl FnOnce() -> Earlier,
     ) -> Result<Vec<PathBuf>, Failure> {
+        let names: Vec<&Path> = files.iter().map(|(name, _)| *name).collect();
+        let is_same = |name: &Path, path: &Path| {
+            let bytes = files.iter().find(|(new, _)| *new == name).map(|(_, bytes)| *bytes);
+            std::fs::read(path).is_ok_and(|there| Some(there.as_slice()) == bytes)
+        };
+        self.write_staged(&names, earlier, is_same, |folder| stage(folder, files.iter().copied()))
+    }
+
+    /// Writes the files of a bundle as [`Self::write_bundle`] does. `stage` writes them under temporary names to the folder that it is
+    /// given, in the order of `names`; `is_same` says whether the file of a name that is there already is what will be written.
+    pub(crate) fn write_staged(
+        mut self,
+        names: &[&Path],
+        earlier: impl FnOnce() -> Earlier,
+        is_same: impl Fn(&Path, &Path) -> bool,
+        stage: impl FnOnce(&Path) -> Result<Vec<Staged>, Failure>,
+    ) -> Result<Vec<PathBuf>, Failure> {
         let mut lock = Lock::acquire(self.path(), Sharing::Alone)?;
         let earlier = earlier();
-        for (name, bytes) in files {
+        for name in names {
             let path = self.path.join(name);
             let interrupted =
                 lock.as_ref().is_some_and(|lock| lock.interrupted().iter().any(|n| Path::new(n) == *name));
-            let is_same = || std::fs::read(&path).is_ok_and(|there| there == *bytes);
             if path.symlink_metadata().is_ok()
                 && !path.is_dir()
                 && !interrupted
                 && !earlier.replaceable.contains(*name)
-                && !is_same()
+                && !is_same(name, &path)
             {
                 let reason = "exists and is not a file of an earlier bake; remove it, or name another folder with -o";
                 return Err(Failure::at(&path, reason));
             }
         }
         if let Some(lock) = &mut lock {
-            lock.note(&files.iter().filter_map(|(name, _)| name.to_str()).collect::<Vec<_>>());
+            lock.note(&names.iter().filter_map(|name| name.to_str()).collect::<Vec<_>>());
         }
-        let written = self.write_locked(files.iter().copied())?;
+        let staged = stage(&self.path)?;
+        let written = self.rename(staged)?;
         if let Some(lock) = &mut lock {
             lock.settle();
         }
@@ -113,21 +131,19 @@ impl Folder {
         Ok(written)
     }
 
-    fn write_locked<'a>(
-        &mut self,
-        files: impl IntoIterator<Item = (&'a Path, &'a [u8])>,
-    ) -> Result<Vec<PathBuf>, Failure> {
-        let (mut staged, mut written) = (Vec::new(), Vec::new());
-        for (name, bytes) in files {
-            let path = self.path.join(name);
-            staged.push(Staged::new(&path, [bytes])?);
-            written.push(path);
-        }
+    /// Gives files their names, in their order, and returns their paths.
+    fn rename(&mut self, staged: Vec<Staged>) -> Result<Vec<PathBuf>, Failure> {
+        let written = staged.iter().map(|staged| staged.path.clone()).collect();
         cleanup::commit(|| staged.into_iter().try_for_each(Staged::persist))?;
         sync_folder(self.path());
         self.created = None;
         Ok(written)
     }
+}
+
+/// Writes files under temporary names to a folder.
+fn stage<'a>(folder: &Path, files: impl IntoIterator<Item = (&'a Path, &'a [u8])>) -> Result<Vec<Staged>, Failure> {
+    files.into_iter().map(|(name, bytes)| Staged::new(&folder.join(name), [bytes])).collect()
 }
 
 /// Creates an empty file with a temporary name in a folder.
@@ -181,7 +197,7 @@ pub(crate) struct Staged {
 
 impl Staged {
     /// Writes a file that will replace the one that `path` leads to, and keeps its permissions.
-    fn new<'a>(path: &Path, pieces: impl IntoIterator<Item = &'a [u8]>) -> Result<Self, Failure> {
+    pub(crate) fn new<'a>(path: &Path, pieces: impl IntoIterator<Item = &'a [u8]>) -> Result<Self, Failure> {
         let mut staged = Self::begin(path)?;
         pieces.into_iter().try_for_each(|bytes| staged.append(bytes))?;
         staged.settle()?;
@@ -214,7 +230,7 @@ impl Staged {
     }
 
     /// Brings the content to the disk.
-    fn settle(&mut self) -> Result<(), Failure> {
+    pub(crate) fn settle(&mut self) -> Result<(), Failure> {
         self.file.flush().map_err(|e| unwritable(&self.path, &e))?;
         // Otherwise a power cut could leave the new name with no content. Some file systems cannot, which is no failure.
         match self.file.as_file().sync_all() {

@@ -55,7 +55,7 @@ pub use bilateral_normals::{BilateralNormals, Neighbours, Scheme};
 pub use boundary::Boundary;
 pub use denoising::{Denoising, DenoisingError, LastResult, Moved, Output};
 pub(crate) use denoising::{HeightFit, Unbounded};
-pub use guided_normals::GuidedNormals;
+pub use guided_normals::{GuidedNormals, GuidedRound};
 pub use hc::Hc;
 pub use heights::{HeightField, HeightResidual};
 pub use implicit::{Implicit, Solver};
@@ -80,6 +80,7 @@ use crate::progress::{Cancelled, Progress};
 use glam::DVec3;
 use method::DenoiseMethod;
 use serde::Serialize;
+use std::borrow::Cow;
 
 /// Declares the methods, by their settings.
 macro_rules! methods {
@@ -205,6 +206,36 @@ impl Denoiser {
     /// Denoised positions p*ᵢ = pᵢ − δᵢ. #V×3, model units
     pub fn denoised(&self, surface: &Surface, progress: &dyn Progress) -> Result<Vec<DVec3>, Cancelled> {
         Ok(surface.moved_by(&self.deltas(surface, progress)?))
+    }
+}
+
+impl GuidedNormals {
+    /// Takes one round on a part of a mesh and returns the positions after it (#V×3, model units). Each round measures the whole mesh, so
+    /// whoever has it in parts takes a round on all of them and measures before the next one; so many rounds as there are
+    /// `iterations` are the method, but for motion along normals.
+    pub fn round(
+        &self,
+        surface: &Surface,
+        start: GuidedRound,
+        progress: &dyn Progress,
+    ) -> Result<Vec<DVec3>, Cancelled> {
+        guided_normals::round(&prepared(surface), self, start, progress)
+    }
+}
+
+/// The surface as [`Denoiser::run`] gives it to a method: with faces that agree about the outside, and without those of vertices that
+/// stand for missing data.
+fn prepared(surface: &Surface) -> Cow<'_, Surface> {
+    let mut prepared = Cow::Borrowed(surface);
+    loop {
+        if let Some(turned) = orientation::turned_faces(prepared.topology()) {
+            let topology = orientation::with_turned(prepared.topology(), &turned);
+            prepared = Cow::Owned(Surface::new(topology, prepared.positions().to_vec()));
+        }
+        match no_data::marks(&prepared) {
+            Some(marks) => prepared = Cow::Owned(no_data::without(&prepared, &marks)),
+            None => return prepared,
+        }
     }
 }
 

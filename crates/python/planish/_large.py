@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import time
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -94,23 +95,71 @@ def _work(threads: int | None, work: str, *arguments: Any) -> tuple[Any, Error |
         return None, error
 
 
-def denoise_tiles(
-    run: Tiles,
-    output: str,
-    method: str,
-    tiles: int | None,
-    halo: int | None,
-    weld: str | float,
-    fix: ArrayLike | None,
-    mask: ArrayLike | None,
-) -> dict[str, Any]:
-    """Denoises a mesh in tiles; ``method`` is JSON."""
+@dataclass
+class Settings:
+    """How a mesh in tiles is denoised; ``method`` is JSON."""
+
+    method: str
+    tiles: int | None
+    halo: int | None
+    weld: str | float
+    fix: ArrayLike | None
+    mask: ArrayLike | None
+
+
+@dataclass
+class _Merged:
+    """What is known when the tiles are put together."""
+
+    # SHA-256 of the mesh file.
+    digest: str
+    # Name of all that the result depends on, and the last job, as JSON.
+    key: str
+    job: str
+    plan: dict[str, Any]
+    facts: dict[str, Any]
+    borders: dict[str, Any]
+    done: list[dict[str, Any]]
+    kept: int
+
+
+def denoise_tiles(run: Tiles, output: str, settings: Settings) -> dict[str, Any]:
+    """Denoises a mesh in tiles and writes it."""
+    merged = _merge(run, settings)
+    run.one("writing", "tiles_write", run.path, output, run.folder)
+    return _report(run, output, merged)
+
+
+def bake_tiles(run: Tiles, output: str, settings: Settings, options: dict[str, Any]) -> dict[str, Any]:
+    """Bakes the map of a mesh in tiles into the folder ``output``; ``options`` are those of the map."""
+    merged = _merge(run, settings)
     path, folder = run.path, run.folder
+    report = _report(run, output, merged)
+    mesh = None
+    if not (report["exact"] and merged.facts["own_maps"][options["map"]]):
+        # What a check of the map cannot find again becomes a file.
+        denoised = os.path.join(folder, "denoised-mesh" + os.path.splitext(path)[1])
+        run.one("writing", "tiles_write", path, denoised, folder)
+        run.one("writing", "tiles_take_positions", denoised, folder)
+        mesh = (denoised, digest_of(denoised))
+    job = json.dumps({"key": key_of(merged.key, mesh is None, options), **options})
+    indices = range(len(merged.plan["tiles"]))
+    run.each("heights", "tile_heights", [(folder, tile, job) for tile in indices])
+    run.each("pages", "tile_page", [(folder, tile, job) for tile in indices])
+    told = run.one("bundle", "tiles_bundle", path, (folder, output), (merged.job, job), merged.digest, mesh)
+    bundle: dict[str, Any] = json.loads(told)
+    return report | bundle
+
+
+def _merge(run: Tiles, settings: Settings) -> _Merged:
+    """Denoises a mesh in tiles and puts these together."""
+    path, folder = run.path, run.folder
+    method, tiles, halo, weld = settings.method, settings.tiles, settings.halo, settings.weld
     digest = digest_of(path)
     count = tile_count(path) if tiles is None else tiles
     key = key_of(digest, count, weld)
     plan = json.loads(run.one("spreading", "tiles_spread", path, folder, key, count, weld))
-    told = _weights(folder, plan["vertices"], fix, mask)
+    told = _weights(folder, plan["vertices"], settings.fix, settings.mask)
 
     def job(width: int | None, lengths: Any) -> dict[str, Any]:
         of = key_of(key, method, width, digest_of(told) if told else None)
@@ -123,18 +172,37 @@ def denoise_tiles(
         run.each("measuring", "tile_lengths", [(folder, tile) for tile in indices])
         lengths = json.loads(run.one("measuring", "tiles_measure", folder))
     kept = 0
-    for _ in range(_WIDENINGS):
+    for widening in range(_WIDENINGS):
+        is_last = widening == _WIDENINGS - 1
         todo = job(halo, lengths)
         kept += sum(os.path.exists(os.path.join(folder, f"tile-{tile:04}.{todo['key']}.json")) for tile in indices)
         text = json.dumps(todo)
+        facts = json.loads(_planish.tiles_job(text))
+        different = _take_rounds(run, text, facts["rounds"], indices, is_last)
+        if different and not is_last:
+            halo = 2 * int(facts["halo"])
+            continue
         done = run.each("denoising", "tile_denoise", [(folder, tile, text) for tile in indices])
         borders = json.loads(run.one("merging", "tiles_merge", folder, text))
-        facts = json.loads(_planish.tiles_job(text))
+        borders["different"] = max(borders["different"], different)
         if not facts["bounded"] or borders["different"] == 0:
             break
         halo = 2 * int(facts["halo"])
-    run.one("writing", "tiles_write", path, output, folder)
-    return _report(run, output, plan, facts, borders, [json.loads(each) for each in done], kept)
+    return _Merged(digest, todo["key"], text, plan, facts, borders, [json.loads(each) for each in done], kept)
+
+
+def _take_rounds(run: Tiles, job: str, rounds: int, indices: range, to_the_end: bool) -> int:
+    """Takes the rounds of a method that measures the whole mesh before each of them; others have none. Returns the number of results in
+    which tiles differ. The work ends with the first round that has any, unless it goes ``to_the_end``."""
+    if not rounds:
+        return 0
+    last = _planish.tiles_last_round(run.folder, job)
+    while True:
+        known = json.loads(last)
+        if known["round"] == rounds or (known["different"] and not to_the_end):
+            return int(known["different"])
+        run.each("denoising", "tile_round", [(run.folder, tile, job, last) for tile in indices])
+        last = run.one("measuring", "tiles_end_round", run.folder, job, last)
 
 
 def _weights(folder: str, vertices: int, fix: ArrayLike | None, mask: ArrayLike | None) -> str | None:
@@ -161,15 +229,8 @@ def _weights(folder: str, vertices: int, fix: ArrayLike | None, mask: ArrayLike 
     return path
 
 
-def _report(
-    run: Tiles,
-    output: str,
-    plan: dict[str, Any],
-    facts: dict[str, Any],
-    borders: dict[str, Any],
-    done: list[dict[str, Any]],
-    kept: int,
-) -> dict[str, Any]:
+def _report(run: Tiles, output: str, merged: _Merged) -> dict[str, Any]:
+    plan, facts, borders, done = merged.plan, merged.facts, merged.borders, merged.done
     sigmas = sorted(tile["sigma"] for tile in done if tile.get("sigma"))
     sigma = sigmas[len(sigmas) // 2] if sigmas else None
     misoriented = sum(tile["misoriented_edges"] for tile in done)
@@ -185,7 +246,7 @@ def _report(
         "vertices": plan["vertices"],
         "faces": plan["faces"],
         "tiles": plan["tiles"],
-        "tiles_kept": kept,
+        "tiles_kept": merged.kept,
         "halo": facts["halo"],
         "exact": bool(facts["bounded"] and borders["different"] == 0 and not misoriented),
         "borders": borders

@@ -6,9 +6,10 @@ where all machines see the same files.
 
 from __future__ import annotations
 
+import json
 import os
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from os import PathLike, fspath
 from typing import Any
@@ -17,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from . import _planish
 from ._errors import Error, InputError
-from ._large import Tiles, denoise_tiles, forget
+from ._large import Settings, Tiles, bake_tiles, denoise_tiles, forget
 from ._mesh import read
 from ._options import Progress, method_options
 
@@ -97,8 +98,8 @@ def denoise_large(
     default as wide as suits the method.
 
     The methods laplacian, taubin, hc, sun and bilateral-normals look so many rings far and no farther. The halo is that wide, and the result
-    is that of :func:`planish.denoise` bit for bit. All other methods solve for the whole mesh or measure it. Their tiles overlap, and in the
-    overlap one result goes over into the other.
+    is that of :func:`planish.denoise` bit for bit. So is that of guided-normals without limits, whose rounds all tiles take together. All
+    other methods solve for the whole mesh or measure it. Their tiles overlap, and in the overlap one result goes over into the other.
 
     ``client`` is a ``dask.distributed.Client`` whose workers see the same files; without one, ``workers`` processes are started, each with
     ``memory_limit`` as of ``LocalCluster``. ``folder`` holds what lies between the steps, by default ``output`` with .tiles behind it.
@@ -117,18 +118,92 @@ def denoise_large(
     False.
     """
     path, output = fspath(path), fspath(output)
-    own = fspath(folder) if folder is not None else f"{output}.tiles"
-    words = fix if isinstance(fix, str) else None
-    options = method_options(method, preset, words, max_displacement, False, direction, parameters)
+    options = method_options(
+        method, preset, fix if isinstance(fix, str) else None, max_displacement, False, direction, parameters
+    )
+    settings = Settings(options, tiles, halo, weld, None if isinstance(fix, str) else fix, mask)
     _planish.tiles_check(path, output)
+
+    def work(run: Tiles) -> dict[str, Any]:
+        return denoise_tiles(run, os.path.abspath(output), settings)
+
+    return _in_tiles(work, path, folder if folder is not None else f"{output}.tiles", client, workers, memory_limit, progress)
+
+
+def bake_large(
+    path: PathLikeStr,
+    output: PathLikeStr,
+    method: str = "auto",
+    *,
+    client: Any = None,
+    workers: int | None = None,
+    memory_limit: str | int | None = "auto",
+    tiles: int | None = None,
+    halo: int | None = None,
+    folder: PathLikeStr | None = None,
+    weld: str = "exact",
+    map: str = "scalar",
+    bits: int = 16,
+    lambda_: float = 1.0,
+    preset: str = "default",
+    fix: str | ArrayLike | None = None,
+    mask: ArrayLike | None = None,
+    direction: str | ArrayLike | None = None,
+    max_displacement: float | None = None,
+    progress: Progress | None = None,
+    **parameters: Any,
+) -> dict[str, Any]:
+    """Bakes the displacement map of one mesh that is larger than the memory of a worker into the folder ``output``.
+
+    The mesh is denoised in tiles, as :func:`denoise_large` does it. The map has a page for each tile: an image with one texel for each
+    vertex of the tile and for the other vertices of its faces. All pages have one bias and scale, so that a vertex has the same step
+    in each of them, and tiles that are drawn side by side meet without a crack. The texture coordinates of the mesh are not used. The
+    manifest names all pages, ``planish check`` and ``planish apply`` read it, and the carrier is an OBJ with positions,
+    normals and faces alone.
+
+    ``map`` is "scalar" for heights along the angle-weighted normals of the mesh, or "vector" for whole displacements. ``bits`` is 8, 16
+    (PNG) or 32 (EXR). ``lambda_`` is the strength for client programs. Where a bake of the whole mesh would not come to the same
+    displacements, the denoised mesh becomes a file of the bundle, NAME.denoised, which the map leads to.
+
+    All else is as for :func:`denoise_large`. Returns its report with ``manifest`` (path), ``pages`` (names of the images),
+    ``displacement`` and ``report`` as the manifest has them; ``seam_gap`` is the largest distance between the places of a vertex in
+    two pages.
+
+    Raises :class:`planish.InputError` if the file is no mesh or of another format, :class:`planish.Interrupted` if ``progress`` returned
+    False.
+    """
+    path, output = fspath(path), fspath(output)
+    options = method_options(
+        method, preset, fix if isinstance(fix, str) else None, max_displacement, False, direction, parameters
+    )
+    settings = Settings(options, tiles, halo, weld, None if isinstance(fix, str) else fix, mask)
+    of_map = {"map": map, "bits": int(bits), "lambda": float(lambda_)}
+    _planish.tiles_check_map(path, output, json.dumps({"key": "", **of_map}))
+
+    def work(run: Tiles) -> dict[str, Any]:
+        return bake_tiles(run, os.path.abspath(output), settings, of_map)
+
+    own = folder if folder is not None else f"{output.rstrip(os.sep)}.tiles"
+    return _in_tiles(work, path, own, client, workers, memory_limit, progress)
+
+
+def _in_tiles(
+    work: Callable[[Tiles], dict[str, Any]],
+    path: str,
+    folder: PathLikeStr,
+    client: Any,
+    workers: int | None,
+    memory_limit: str | int | None,
+    progress: Progress | None,
+) -> dict[str, Any]:
+    """Works on a mesh in tiles in a working folder, which is removed when the work is done."""
+    own = fspath(folder)
     is_new = not os.path.exists(own)
     os.makedirs(own, exist_ok=True)
     with _client(client, workers, memory_limit) as (active, threads):
         run = Tiles(active, threads, os.path.abspath(path), os.path.abspath(own), progress)
         try:
-            report = denoise_tiles(
-                run, os.path.abspath(output), options, tiles, halo, weld, None if isinstance(fix, str) else fix, mask
-            )
+            report = work(run)
         except InputError:
             # Earlier work is kept.
             if is_new:

@@ -31,7 +31,9 @@ mod _planish {
     use super::mesh::{Mesh, apply, denoise};
     #[pymodule_export]
     use super::tiles::{
-        tile_denoise, tile_lengths, tiles_check, tiles_job, tiles_measure, tiles_merge, tiles_spread, tiles_write,
+        tile_denoise, tile_heights, tile_lengths, tile_page, tile_round, tiles_bundle, tiles_check, tiles_check_map,
+        tiles_end_round, tiles_job, tiles_last_round, tiles_measure, tiles_merge, tiles_spread, tiles_take_positions,
+        tiles_write,
     };
 
     /// Runs one command line, whose first argument is the name of the program, and returns its exit code. Ctrl-C belongs to the

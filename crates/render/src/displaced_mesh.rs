@@ -24,7 +24,7 @@
 //! assert_eq!(binding.heights(&half), [1.0, 3.0]);
 //! ```
 
-use crate::mesh::Mesh;
+use crate::mesh::{Facing, Mesh};
 use crate::settings::Displace;
 use glam::Vec3;
 use planish_geometry::map::displace::ShaderVertex;
@@ -60,7 +60,9 @@ impl DisplacementBinding {
     /// Prepares normals of the displaced surface.
     pub fn new(mesh: &Mesh, map: Displacement, vertices: Vec<ShaderVertex>, sign: Sign) -> Self {
         let around = |t: [u32; 3]| (0..3).map(move |k| (t[k], [t[(k + 1) % 3], t[(k + 2) % 3]]));
-        let rings = Ragged::group(mesh.positions.len(), mesh.triangles.iter().flat_map(|t| around(t.positions)));
+        // Backs at the same place would cancel the normals of their fronts.
+        let fronts = mesh.triangles.iter().filter(|t| t.facing != Facing::Back);
+        let rings = Ragged::group(mesh.positions.len(), fronts.flat_map(|t| around(t.positions)));
         Self { map, vertices, sign, rings }
     }
 

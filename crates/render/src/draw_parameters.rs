@@ -44,9 +44,11 @@ pub(crate) fn marble_frequency(scene: &Scene, settings: &Settings) -> f32 {
     settings.marble.frequency / scene.bounds().radius.max(f32::MIN_POSITIVE.sqrt())
 }
 
-/// Strength of the normal map, 0..1; `None` where there is none or other normals are asked for.
+/// Strength of the normal maps, 0..1; `None` where there are none or other normals are asked for.
 pub(crate) fn normal_map_strength(scene: &Scene, settings: &Settings) -> Option<f32> {
-    scene.normal_map.as_ref()?;
+    if scene.normal_maps.all().is_empty() {
+        return None;
+    }
     match settings.displace.normals {
         _ if settings.shading == Shading::NormalMap => Some(1.0),
         Normals::Map => Some(settings.displace.lambda.clamp(0.0, 1.0)),

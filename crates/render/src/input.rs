@@ -17,10 +17,13 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod backs;
+
 use crate::displaced_mesh::{DisplacementBinding, Sign};
-use crate::mesh::{Mesh, Side, Triangle};
+use crate::mesh::{Facing, Mesh, Side, Triangle};
 use crate::scene::{Occlusion, Scene, SceneError};
 use crate::texture::{Content, Texture};
+use backs::OwnBacks;
 use glam::{DVec3, Vec3};
 use image::RgbaImage;
 use planish_geometry::map::displace::{self, ShaderVertex};
@@ -36,7 +39,8 @@ use planish_geometry::source::model::Model;
 /// The scene of a model, with a number for each `v` line of its file where there are any.
 ///
 /// A corner is lit with the normal that the file gives it, and with its vertex's angle-weighted normal
-/// where it gives none.
+/// where it gives none. Backs of leaves and sheets that have source vertices of their own follow the triangles of the surface, and each
+/// side is drawn where it is seen.
 pub fn scene(model: &Model, scalars: Option<&[f32]>) -> Result<Scene, SceneError> {
     let (data, surface) = (model.data(), model.surface());
     let topology = surface.topology();
@@ -51,33 +55,72 @@ pub fn scene(model: &Model, scalars: Option<&[f32]>) -> Result<Scene, SceneError
     let usable = |n: &u32| data.normals()[*n as usize].try_normalize().is_some();
     // Without usable texture coordinates there is nothing to cut, and no direction in the texture.
     let atlas = model.atlas().ok();
-    let seams = atlas.as_ref().map_or_else(Vec::new, |atlas| seams(model, atlas));
-    let side = |from: Index, to: Index| match () {
-        () if topology.next(from) == to && seams.get(from as usize) == Some(&true) => Side::Seam,
-        () if topology.next(from) == to => Side::Edge,
-        () => Side::Diagonal,
-    };
-
-    let triangle = |&corners: &[u32; 3]| {
-        let positions = corners.map(|c| topology.vertex(c));
-        let normal = |c: u32| match model.source_corner(c).normal().filter(usable) {
-            Some(n) => first_file_normal + n,
-            None => topology.vertex(c),
+    let backs = OwnBacks::of(model);
+    let triangle = |of: &Model, seams: &[bool], corners: [u32; 3], facing: Facing| {
+        let topology = of.surface().topology();
+        let side = |from: Index, to: Index| match () {
+            () if topology.next(from) == to && seams.get(from as usize) == Some(&true) => Side::Seam,
+            () if topology.next(from) == to => Side::Edge,
+            () => Side::Diagonal,
         };
-        let uvs = corners.map(|c| model.source_corner(c).uv().filter(|uv| data.uvs()[*uv as usize].is_finite()));
+        let vertex = |c: u32| model.weld().vertex_of()[of.source_corner(c).position as usize];
+        // Normals of the vertices, turned round for backs, follow those of the file.
+        let turned = if facing == Facing::Back { first_file_normal + data.normals().len() as u32 } else { 0 };
+        let normal = |c: u32| match of.source_corner(c).normal().filter(usable) {
+            Some(n) => first_file_normal + n,
+            None => turned + vertex(c),
+        };
+        let uvs = corners.map(|c| of.source_corner(c).uv().filter(|uv| data.uvs()[*uv as usize].is_finite()));
         let uvs = if let [Some(a), Some(b), Some(c)] = uvs { Some([a, b, c]) } else { None };
         let sides = [0, 1, 2].map(|k| side(corners[k], corners[(k + 1) % 3]));
-        Triangle { positions, normals: corners.map(normal), uvs, sides }
+        Triangle { positions: corners.map(vertex), normals: corners.map(normal), uvs, sides, facing }
     };
+    let seams_of = |of: &Model, atlas: Option<&Atlas>| atlas.map_or_else(Vec::new, |atlas| seams(of, atlas));
+    let seams = seams_of(model, atlas.as_ref());
+    let fronts = surface.triangle_corners().iter().map(|corners| {
+        let facing = backs.as_ref().map_or(Facing::Both, |backs| backs.facing(model, corners[0]));
+        triangle(model, &seams, *corners, facing)
+    });
+    let mut triangles: Vec<Triangle> = fronts.collect();
+    let mut tangents = atlas.as_ref().map_or_else(Vec::new, |atlas| frames(model, atlas, &vertex_normals));
+    let mut turned_normals = Vec::new();
+    if let Some(backs) = &backs {
+        let (both, of_both) = (backs.model(), backs.triangles());
+        let atlas = both.atlas().ok();
+        let seams = seams_of(both, atlas.as_ref());
+        triangles.extend(of_both.iter().map(|t| {
+            let corners = both.surface().triangle_corners()[*t];
+            triangle(both, &seams, corners, Facing::Back)
+        }));
+        if !tangents.is_empty() {
+            let of_both_normals = backs.turned(&vertex_normals);
+            let frames = atlas.map_or_else(Vec::new, |atlas| frames(both, &atlas, &of_both_normals));
+            tangents.extend(of_both.iter().map(|t| frames.get(*t).copied().unwrap_or_default()));
+        }
+        turned_normals.extend(vertex_normals.iter().map(|n| -n));
+    }
     let origin = origin(model);
+    let normals = vertex_normals.into_iter().chain(file_normals).chain(turned_normals);
     Scene::new(Mesh {
         positions: surface.positions().iter().map(|p| (p - origin).as_vec3()).collect(),
-        tangents: atlas.map_or_else(Vec::new, |atlas| frames(model, &atlas, &vertex_normals)),
-        normals: vertex_normals.into_iter().chain(file_normals).map(|n: DVec3| n.as_vec3()).collect::<Vec<Vec3>>(),
+        tangents,
+        normals: normals.map(|n: DVec3| n.as_vec3()).collect::<Vec<Vec3>>(),
         uvs: data.uvs().iter().map(|uv| uv.as_vec2()).collect(),
-        triangles: surface.triangle_corners().iter().map(triangle).collect(),
+        triangles,
         scalars: scalars.map(of_vertex).transpose()?,
     })
+}
+
+/// Returns the face of the source from which each triangle of the model's [`scene`] is. #T
+pub fn faces_of_triangles(model: &Model) -> Vec<Index> {
+    let of_surface = |of: &Model, corners: &[u32; 3]| of.source_face(of.surface().topology().face(corners[0]));
+    let mut faces: Vec<Index> =
+        model.surface().triangle_corners().iter().map(|corners| of_surface(model, corners)).collect();
+    if let Some(backs) = OwnBacks::of(model) {
+        let corners = backs.model().surface().triangle_corners();
+        faces.extend(backs.triangles().iter().map(|t| of_surface(backs.model(), &corners[*t])));
+    }
+    faces
 }
 
 /// Point that is subtracted from the coordinates of a model before they are rounded to single precision, as maps have it.
@@ -146,6 +189,10 @@ fn frames(model: &Model, atlas: &Atlas, normals: &[DVec3]) -> Vec<[Tangent; 3]> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::settings::{Normals, Settings, Shading, Size};
+    use crate::software;
+    use crate::texture::Textures;
+    use planish_geometry::map::displacement::{Encoding, MapKind, TexelFormat};
     use planish_geometry::mesh::weld::Welding;
     use planish_geometry::source::obj::Obj;
 
@@ -169,6 +216,84 @@ mod tests {
         assert_eq!(lit, [Vec3::Z, Vec3::X, Vec3::X], "named, zero, absent");
         assert_eq!(triangles[0].uvs.map(|t| uvs[t[2] as usize]), Some(glam::Vec2::ONE));
         assert_eq!(triangles[1].uvs, None, "not a number");
+    }
+
+    /// A rough sheet of triangles; with a back, whose faces name `v` and `vt` lines of their own.
+    fn leaf(has_back: bool) -> Model {
+        let (mut text, n) = (String::new(), 9);
+        for side in 0..2 {
+            for i in 0..n * n {
+                let [x, y] = [i % n, i / n].map(f64::from);
+                let [u, v] = [0.01 + 0.06 * x + 0.5 * f64::from(side), 0.05 + 0.1 * y];
+                text += &format!("v {x} {y} {}\nvt {u} {v}\n", 0.1 * f64::from(i * i % 11));
+            }
+        }
+        for i in (0..n * (n - 1)).filter(|i| i % n < n - 1) {
+            for [a, b, c] in [[i, i + 1, i + n], [i + 1, i + n + 1, i + n]].map(|t| t.map(|v| v + 1)) {
+                text += &format!("f {a}/{a} {b}/{b} {c}/{c}\n");
+                let [a, b, c] = [a, b, c].map(|v| v + n * n);
+                text += if has_back { format!("f {c}/{c} {b}/{b} {a}/{a}\n") } else { String::new() }.as_str();
+            }
+        }
+        model(&text)
+    }
+
+    #[test]
+    fn each_side_of_a_leaf_has_its_texture_and_the_light_of_its_side() {
+        let fronts = 128;
+        let both = leaf(true);
+        let scene_of = |model: &Model| {
+            let mut scene = scene(model, None).unwrap();
+            let lines = model.data().positions();
+            let vertex = |p: &DVec3| ShaderVertex {
+                position: (*p - origin(model)).as_vec3(),
+                normal: Vec3::Z,
+                sample_at: Some(SampleAt::Texel(0)),
+                ..ShaderVertex::default()
+            };
+            let map = planish_geometry::map::per_vertex::bake(&[0.3], &[0]);
+            let encoding = Encoding::covering(0.0, 1.0, TexelFormat::Png16);
+            let map = Displacement::encode(&[map], MapKind::Scalar, encoding);
+            let vertices: Vec<_> = lines.iter().map(vertex).collect();
+            scene.displacement = Some(bind_map(model, &scene, map, &vertices));
+            scene
+        };
+        let (mut leaf_scene, front_scene) = (scene_of(&both), scene_of(&leaf(false)));
+        let triangles = &leaf_scene.mesh().triangles;
+        assert_eq!((triangles.len(), leaf_scene.mesh().tangents.len()), (2 * fronts, 2 * fronts));
+        assert!(triangles[..fronts].iter().all(|t| t.facing == Facing::Front));
+        assert!(triangles[fronts..].iter().all(|t| t.facing == Facing::Back && t.uvs.is_some_and(|uvs| uvs[0] >= 81)));
+        let faces = faces_of_triangles(&both);
+        assert!(faces[..fronts].iter().all(|f| f % 2 == 0) && faces[fronts..].iter().all(|f| f % 2 == 1));
+        let settings = |yaw: f32, shading: Shading, normals: Normals| {
+            let mut settings = Settings { size: Size { width: 80, height: 80 }, shading, ..Settings::default() };
+            (settings.camera.yaw, settings.camera.pitch) = (yaw, 20.0);
+            (settings.displace.lambda, settings.displace.normals) = (1.0, normals);
+            settings
+        };
+        // Two surfaces at one place look like one that is lit from both sides.
+        for (yaw, normals) in
+            [(25.0, Normals::Base), (25.0, Normals::Derived), (200.0, Normals::Base), (200.0, Normals::Derived)]
+        {
+            let settings = settings(yaw, Shading::Phong, normals);
+            let [two, one] = [&leaf_scene, &front_scene].map(|scene| software::render(scene, &settings));
+            let off = two.iter().zip(one.iter()).filter(|(a, b)| a.abs_diff(**b) > 1).count();
+            assert_eq!(off, 0, "{yaw} {normals:?}");
+        }
+        let colour = |rgb: [u8; 3]| {
+            let [r, g, b] = rgb;
+            Texture::new(RgbaImage::from_pixel(1, 1, [r, g, b, 255].into()), Content::Colour).unwrap()
+        };
+        let of_triangles = faces.iter().map(|face| Some(face % 2)).collect();
+        leaf_scene.textures =
+            Textures::by_triangle(vec![colour([230, 20, 20]), colour([20, 20, 230])], of_triangles).unwrap();
+        for (yaw, more, less) in [(0.0, 0, 2), (180.0, 2, 0)] {
+            let picture = software::render(&leaf_scene, &settings(yaw, Shading::Texture, Normals::Base));
+            let strong = |a: usize, b: usize| {
+                picture.pixels().filter(|p| u16::from(p.0[a]) > 2 * u16::from(p.0[b].max(20))).count()
+            };
+            assert!(strong(more, less) > 1000 && strong(less, more) == 0, "from {yaw}°");
+        }
     }
 
     #[test]

@@ -15,7 +15,7 @@
 //! let scene = Scene::new(Mesh {
 //!     positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
 //!     normals: vec![Vec3::Z],
-//!     triangles: vec![Triangle { positions: [0, 1, 2], normals: [0; 3], uvs: None, sides: [Side::Edge; 3] }],
+//!     triangles: vec![Triangle { positions: [0, 1, 2], normals: [0; 3], uvs: None, sides: [Side::Edge; 3], ..Triangle::default() }],
 //!     ..Mesh::default()
 //! })?;
 //! let settings = Settings { size: Size { width: 64, height: 48 }, ..Settings::default() };

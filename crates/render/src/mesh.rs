@@ -6,7 +6,7 @@
 //! use planish_render::scene::{Scene, SceneError};
 //!
 //! // A square of two triangles with one normal. Lines along edges leave its diagonal out.
-//! let triangle = |positions, sides| Triangle { positions, normals: [0; 3], uvs: None, sides };
+//! let triangle = |positions, sides| Triangle { positions, normals: [0; 3], uvs: None, sides, ..Triangle::default() };
 //! let square = Mesh {
 //!     positions: vec![Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y],
 //!     normals: vec![Vec3::Z],
@@ -37,8 +37,20 @@ pub enum Side {
     Diagonal,
 }
 
+/// Sides of a triangle that are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Facing {
+    /// Both sides.
+    #[default]
+    Both,
+    /// The outer side, because the inner one is that of a back at the same place.
+    Front,
+    /// The outer side of a back. Its vertices are those of its front, so that the normals of these have to be turned round for it.
+    Back,
+}
+
 /// One triangle: for each corner, the indices of its values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Triangle {
     /// Indices into [`Mesh::positions`] and [`Mesh::scalars`].
     pub positions: [u32; 3],
@@ -48,6 +60,8 @@ pub struct Triangle {
     pub uvs: Option<[u32; 3]>,
     /// Sides from each corner to the next one.
     pub sides: [Side; 3],
+    /// Sides of the triangle that are drawn.
+    pub facing: Facing,
 }
 
 /// Triangle mesh as plain arrays. Counter-clockwise triangles face outwards.

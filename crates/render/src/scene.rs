@@ -41,7 +41,7 @@ pub struct Scene {
     /// Base colours, for triangles that have texture coordinates.
     pub textures: Textures,
     /// Tangent-space normals (green along v, up), for triangles that have texture coordinates.
-    pub normal_map: Option<Texture>,
+    pub normal_maps: Textures,
     /// Ambient occlusion of the surface, by which ambient light is multiplied.
     pub occlusion: Option<Occlusion>,
     /// Displacement map of the mesh.
@@ -117,7 +117,7 @@ impl Scene {
                     bounds,
                     low,
                     textures: Textures::default(),
-                    normal_map: None,
+                    normal_maps: Textures::default(),
                     occlusion: None,
                     displacement: None,
                     environment: None,
@@ -206,7 +206,7 @@ mod tests {
         Mesh {
             positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::splat(1e6)],
             normals: vec![Vec3::Z],
-            triangles: vec![Triangle { positions: [0, 1, 2], normals: [0; 3], uvs: None, sides: <_>::default() }],
+            triangles: vec![Triangle { positions: [0, 1, 2], ..Triangle::default() }],
             ..Mesh::default()
         }
     }

@@ -37,7 +37,7 @@ use crate::colour::pixel_from_linear;
 use crate::draw_parameters::{drawn_triangles, normal_map_strength};
 use crate::ground::{self, Disc};
 use crate::legend;
-use crate::mesh::{Mesh, Triangle};
+use crate::mesh::{Facing, Mesh, Triangle};
 use crate::scene::Scene;
 use crate::settings::{Normals, Settings, Shading};
 use glam::{DVec2, Vec2, Vec3, Vec4, Vec4Swizzles};
@@ -117,7 +117,9 @@ impl<'a> Picture<'a> {
             .enumerate()
             .flat_map_iter(|(i, t)| {
                 let corners = t.positions.map(|v| clip_positions[v as usize]);
-                clip::clip(corners).fan().filter_map(move |t| ScreenTriangle::new(t, i as u32, grid))
+                let is_drawn = t.facing == Facing::Both || raster::is_front(corners);
+                let seen = is_drawn.then(|| clip::clip(corners).fan());
+                seen.into_iter().flatten().filter_map(move |t| ScreenTriangle::new(t, i as u32, grid))
             })
             .collect();
         let shader = Shader::new(scene, settings, &view, aspect, &positions);
@@ -243,7 +245,8 @@ impl<'a> Picture<'a> {
 
     /// Normal of a corner: of the displaced surface, or the one that a normal map is relative to, where the settings ask for it.
     fn corner_normal(&self, triangle: &Triangle, k: usize) -> Vec3 {
-        let special = self.vertex_normals.as_ref().map(|normals| normals[triangle.positions[k] as usize]);
+        let turned = if triangle.facing == Facing::Back { -1.0 } else { 1.0 };
+        let special = self.vertex_normals.as_ref().map(|normals| turned * normals[triangle.positions[k] as usize]);
         special.filter(|n| *n != Vec3::ZERO).unwrap_or_else(|| self.mesh.normals[triangle.normals[k] as usize])
     }
 

@@ -31,6 +31,7 @@ use planish_files::bake_files;
 use planish_files::failure::Failure;
 use planish_files::input::Trust;
 use planish_files::output::Folder;
+use planish_geometry::mesh::weld::Welding;
 use planish_render::settings::Settings;
 use results::{Loaded, Saved};
 use std::path::{Path, PathBuf};
@@ -226,9 +227,13 @@ impl App {
 
     /// Opens a mesh, a manifest or a map. What is open stays until that is read.
     pub fn open(&mut self, path: &Path) {
+        self.open_welded(path, Welding::default());
+    }
+
+    fn open_welded(&mut self, path: &Path, welding: Welding) {
         let (path, trust) = (path.to_owned(), self.trust);
         self.loading.start(move |ticket| {
-            let (document, map) = document::load(&path, trust, ticket)?;
+            let (document, map) = document::load(&path, welding, trust, ticket)?;
             Ok(Loaded::Document(path, Box::new(document), map.map(Box::new)))
         });
     }
@@ -248,7 +253,7 @@ impl App {
     /// Reads the file again.
     pub fn reload(&mut self) {
         if let Some(path) = self.source.clone() {
-            self.open(&path);
+            self.open_welded(&path, self.choices.bake_config.settings.welding);
         }
     }
 
@@ -268,18 +273,32 @@ impl App {
         self.shown.as_ref() == Some(&self.choices.bake_config)
     }
 
-    /// Starts a bake now.
+    /// Whether the open mesh is welded as the settings say.
+    fn is_welded(&self) -> bool {
+        let welding = self.choices.bake_config.settings.welding;
+        self.document.as_ref().is_none_or(|document| document.welding == welding)
+    }
+
+    /// Starts a bake now; a mesh that is to be welded otherwise is read again first.
     pub fn bake(&mut self) {
         let (Some(document), Some(folder)) = (self.document.clone(), self.folder()) else { return };
         self.due = None;
         let bake_config = self.choices.bake_config.clone();
         self.begun = Some(bake_config.clone());
+        if !self.is_welded() {
+            self.open_welded(&document.mesh, bake_config.settings.welding);
+            return;
+        }
         self.baking.start(move |ticket| document::bake(&document, &bake_config, &folder, ticket));
     }
 
     /// Writes the files of the map to a folder, the very bytes that the command line writes.
     pub fn save(&mut self, folder: &Path) {
         let (Some(document), Some(map)) = (self.document.clone(), self.map.clone()) else { return };
+        if !self.is_welded() {
+            self.say(MessageKind::Warning, "the mesh is not welded as chosen yet; save again once it is baked");
+            return;
+        }
         let (folder, bake_config) = (folder.to_owned(), self.choices.bake_config.clone());
         self.saving.start(move |ticket| {
             let place = Folder::open(&folder)?;

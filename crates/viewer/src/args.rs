@@ -186,6 +186,7 @@ impl Args {
             normal_map: self.normal_map.clone(),
             scalars: self.scalars.clone(),
             trust: self.trust(),
+            ..Files::default()
         })
     }
 

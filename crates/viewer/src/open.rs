@@ -15,6 +15,7 @@ use planish_geometry::map::displace::{self, ShaderVertex};
 use planish_geometry::map::displacement::{Displacement, Encoding, MapKind, TexelFormat};
 use planish_geometry::map::manifest::{Manifest, NormalMapEntry, OcclusionEntry};
 use planish_geometry::map::normal_map::Convention;
+use planish_geometry::map::pages::{Pages, Part};
 use planish_geometry::map::{HeightMap, Size};
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Progress;
@@ -30,7 +31,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Files that make up a scene.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Files {
     /// The mesh; where there is none, the carrier of the map.
     pub mesh: Option<PathBuf>,
@@ -44,6 +45,8 @@ pub struct Files {
     pub normal_map: Option<PathBuf>,
     /// A number for each `v` line.
     pub scalars: Option<PathBuf>,
+    /// Rule by which vertices become one; a manifest says its own.
+    pub welding: Welding,
     /// Rule on the files that these name.
     pub trust: Trust,
 }
@@ -81,7 +84,7 @@ pub fn open(files: &Files, settings: &Settings, progress: &dyn Progress) -> Resu
     let map_files = files.map.as_deref().map(|path| MapFiles::read(path, files.trust)).transpose()?;
     let mesh = files.mesh.clone().or_else(|| map_files.as_ref().map(MapFiles::carrier));
     let mesh = mesh.ok_or_else(|| Failure::Input("no mesh is named".to_owned()))?;
-    let welding = map_files.as_ref().map_or(Welding::Exact, |map| map.manifest.welding);
+    let welding = map_files.as_ref().map_or(files.welding, |map| map.manifest.welding);
     let model = match &map_files {
         // A mesh that the manifest names is read by the rule.
         Some(map) if files.mesh.is_none() => input::weld(map.carrier_mesh()?, &mesh, welding, progress)?,
@@ -114,12 +117,8 @@ pub fn open(files: &Files, settings: &Settings, progress: &dyn Progress) -> Resu
         }
         (None, None) => None,
     };
-    let pages = map.as_ref().map_or(&[][..], |map: &OpenedMap| map.manifest.page_entries());
-    if pages.iter().any(|page| page.normal_map.is_some()) && files.normal_map.is_none() {
-        warnings.push("the normal maps of pages are not shown, only their heights".to_owned());
-    }
     if let Some(path) = &files.normal_map {
-        scene.normal_map = Some(picture(path, Content::Data)?);
+        scene.normal_maps = Textures::one(picture(path, Content::Data)?);
     }
     if let Some(Surroundings { source, resolution, .. }) = &settings.environment {
         progress.stage("environment");
@@ -154,10 +153,9 @@ fn needs_map(settings: &Settings) -> bool {
 fn read_map(scene: &mut Scene, model: &Model, mesh: &Path, files: MapFiles) -> Result<OpenedMap, Failure> {
     let (map, vertices) = files.map_for(model.source(), mesh)?;
     scene.displacement = Some(model_input::bind_map(model, scene, map, &vertices));
-    if let Some(entry) = &files.manifest.normal_map {
-        let path = files.path_of(&entry.file);
-        scene.normal_map = Some(normal_map(&files.bytes_of(&entry.file, LARGEST_PICTURE)?, entry, &path)?);
-    }
+    scene.normal_maps = normal_maps(model, &files.manifest, &|entry| {
+        normal_map(&files.bytes_of(&entry.file, LARGEST_PICTURE)?, entry, &files.path_of(&entry.file))
+    })?;
     if let Some(entry) = &files.manifest.occlusion {
         let path = files.path_of(&entry.map.file);
         let bytes = files.bytes_of(&entry.map.file, LARGEST_PICTURE)?;
@@ -197,11 +195,35 @@ fn attach(scene: &mut Scene, model: &Model, bundle: &Bundle) -> Result<Vec<Shade
         decode(&entry.file, entry.size())?
     };
     scene.displacement = Some(model_input::bind_map(model, scene, map, &vertices));
-    let entry = manifest.normal_map.as_ref();
-    scene.normal_map = entry.map(|e| normal_map(bytes(&e.file), e, Path::new(&e.file))).transpose()?;
+    scene.normal_maps = normal_maps(model, manifest, &|e| normal_map(bytes(&e.file), e, Path::new(&e.file)))?;
     let occluded = |e: &OcclusionEntry| occlusion(bytes(&e.map.file), model, e, Path::new(&e.map.file));
     scene.occlusion = manifest.occlusion.as_ref().map(occluded).transpose()?;
     Ok(vertices)
+}
+
+/// Normal maps of the triangles of a model's scene: that of the map, or those of its pages.
+fn normal_maps(
+    model: &Model,
+    manifest: &Manifest,
+    read: &dyn Fn(&NormalMapEntry) -> Result<Texture, Failure>,
+) -> Result<Textures, Failure> {
+    if let Some(entry) = &manifest.normal_map {
+        return Ok(Textures::one(read(entry)?));
+    }
+    let Some(pages) = &manifest.pages else { return Ok(Textures::default()) };
+    let mut all = Vec::new();
+    let mut of_entries = Vec::with_capacity(pages.maps.len());
+    for entry in pages.maps.iter().map(|page| page.normal_map.as_ref()) {
+        of_entries.push(entry.map(|_| all.len() as u32));
+        all.extend(entry.map(read).transpose()?);
+    }
+    // Whoever wrote the manifest may have divided another mesh.
+    let Ok(Some(division)) = Pages::of(model.data(), pages.by) else { return Ok(Textures::default()) };
+    let of_part = |part: &Part| of_entries[pages.maps.iter().position(|page| page.part == *part)?];
+    let of_pages: Vec<Option<u32>> = division.parts().iter().map(of_part).collect();
+    let faces = model_input::faces_of_triangles(model);
+    let of_triangles = faces.iter().map(|face| of_pages[division.of_face(*face) as usize]).collect();
+    Ok(Textures::by_triangle(all, of_triangles).unwrap_or_default())
 }
 
 /// A normal map as shaders take it, with green up.

@@ -4,13 +4,16 @@ use crate::args::Args;
 use crate::drawer::Drawer;
 use crate::make_report;
 use crate::timings;
+use planish_files::bake_files::{self, Job};
 use planish_files::failure::Failure;
 use planish_files::input;
 use planish_files::output::{self, Output};
 use planish_files::terminal::{self, Bar, Terminal};
+use planish_geometry::bake::BakeSettings;
 use planish_geometry::metrics::Triangles;
 use planish_geometry::metrics::colormap::Colormap;
-use planish_geometry::progress::Progress as _;
+use planish_geometry::progress::Progress;
+use planish_geometry::source::model::Model;
 use planish_render::gpu::renderer::Renderer;
 use planish_render::gpu::{Backend, Gpu};
 use planish_render::scene::Scene;
@@ -20,7 +23,7 @@ use planish_viewer::app::capture;
 use planish_viewer::open::{self, Opened};
 use planish_viewer::vertex_error;
 use planish_viewer::window::{self, Options};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Does what the command line says.
@@ -60,8 +63,8 @@ fn settings(args: &Args) -> Result<Settings, Failure> {
     Ok(settings)
 }
 
-/// The scene, and the settings with what the files say where the command line says nothing.
-fn scene(args: &Args, mut settings: Settings, terminal: &Terminal) -> Result<(Scene, Settings), Failure> {
+/// The scene with its mesh, if it has one, and the settings with what the files say where the command line says nothing.
+fn scene(args: &Args, mut settings: Settings, terminal: &Terminal) -> Result<Subject, Failure> {
     if settings.shading == Shading::Heat && args.scalars.is_none() && args.clean.is_none() {
         return Err(Failure::Input("heat shading needs numbers: --scalars IN.txt or --clean CLEAN.obj".to_owned()));
     }
@@ -70,10 +73,10 @@ fn scene(args: &Args, mut settings: Settings, terminal: &Terminal) -> Result<(Sc
     }
     let has_file = settings.volume.as_ref().is_some_and(|v| !matches!(v.source, VolumeSource::Distance { .. }));
     if args.input.is_none() && has_file {
-        return Ok((open::open_volume(&settings, args.trust(), terminal)?, settings));
+        return Ok(Subject { scene: open::open_volume(&settings, args.trust(), terminal)?, settings, mesh: None });
     }
     // What a bake warns of is about its files, and here nobody gets them.
-    let Opened { model, mut scene, map, warnings, .. } = open::open(&args.files()?, &settings, terminal)?;
+    let Opened { mesh, model, mut scene, map, warnings, .. } = open::open(&args.files()?, &settings, terminal)?;
     warnings.iter().for_each(|text| terminal.warn(text));
     if let Some(map) = map.filter(|_| args.settings.is_none() && args.lambda.is_none()) {
         settings.displace.lambda = map.manifest.displacement.lambda as f32;
@@ -92,7 +95,15 @@ fn scene(args: &Args, mut settings: Settings, terminal: &Terminal) -> Result<(Sc
         }
         scene.set_scalars(errors).map_err(|e| Failure::at(path, e))?;
     }
-    Ok((scene, settings))
+    Ok(Subject { scene, settings, mesh: Some((mesh, model)) })
+}
+
+/// What is drawn.
+struct Subject {
+    scene: Scene,
+    settings: Settings,
+    /// Path and model of the mesh; `None` for a volume alone.
+    mesh: Option<(PathBuf, Model)>,
 }
 
 /// Draws into a file. The settings go into another one, and either both files are written or none.
@@ -101,7 +112,7 @@ fn picture(args: &Args, output: &Path, settings: Settings) -> Result<(), Failure
     let inputs = args.inputs();
     let picture_file = Output::open(output, &inputs)?;
     let settings_file = args.save_settings.as_deref().map(|path| Output::open(path, &inputs)).transpose()?;
-    let (scene, settings) = scene(args, settings, &terminal)?;
+    let Subject { scene, settings, .. } = scene(args, settings, &terminal)?;
     terminal.stage("drawing");
     let mut drawer = Drawer::open(&scene, args.backend, &terminal)?;
     let bytes = if args.animate {
@@ -123,11 +134,23 @@ fn picture(args: &Args, output: &Path, settings: Settings) -> Result<(), Failure
 /// Prints how long a picture takes; `begun` is when the program started.
 fn timings(args: &Args, settings: Settings, begun: Instant) -> Result<(), Failure> {
     let terminal = Terminal::new(Bar::Shown);
-    let (scene, settings) = scene(args, settings, &terminal)?;
+    let Subject { scene, settings, mesh } = scene(args, settings, &terminal)?;
     let opening = begun.elapsed();
     let renderer = Renderer::new(Gpu::open(args.backend).map_err(Failure::internal)?);
     let starting = begun.elapsed() - opening;
-    let timings = timings::measure(&renderer, &scene, &settings, opening, starting).map_err(Failure::internal)?;
+    let folder = mesh.as_ref().map(|(path, _)| bake_files::folder_beside(path)).transpose()?;
+    let job = mesh.as_ref().zip(folder.as_ref()).map(|((input, model), folder)| Job {
+        input,
+        model,
+        folder,
+        protected: &[],
+        trust: args.trust(),
+    });
+    // A bake that fails leaves the frames without company, and is told where it is asked for.
+    let bake = job.as_ref().map(|job| |progress: &dyn Progress| drop(job.run(&BakeSettings::default(), progress)));
+    let bake = bake.as_ref().map(|bake| bake as &(dyn Fn(&dyn Progress) + Sync));
+    let timings = timings::measure(&renderer, &scene, &settings, bake, [opening, starting]);
+    let timings = timings.map_err(Failure::internal)?;
     renderer.gpu().validation_errors().iter().for_each(|text| terminal.warn(text));
     terminal.check()?;
     let text = serde_json::to_string_pretty(&timings).map_err(Failure::internal)?;

@@ -1,14 +1,18 @@
 //! Measurement of the time and memory that a picture takes.
 
+use planish_geometry::progress::Progress;
 use planish_render::gpu::NoGpu;
 use planish_render::gpu::renderer::{Renderer, Smoothness};
 use planish_render::scene::Scene;
-use planish_render::settings::Settings;
+use planish_render::settings::{Displace, Settings};
 use serde::Serialize;
+use std::ops::RangeInclusive;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Frames that are drawn for the median.
-const FRAMES: usize = 15;
+/// Frames that are drawn for a median at least and at most, and the time after which there are enough.
+const FRAMES: RangeInclusive<usize> = 3..=15;
+const ENOUGH: Duration = Duration::from_secs(10);
 
 /// Report of `--timings`; times in seconds.
 #[derive(Debug, Serialize)]
@@ -27,7 +31,12 @@ pub(crate) struct Timings {
     first_frame: f64,
     /// The median of the frames that follow.
     frame: f64,
-    /// All of these but the last.
+    /// The median of frames with both halves of the split view: with the map, and without.
+    split_frame: f64,
+    /// The median of frames while the mesh is baked anew in the background; absent without a mesh.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frame_while_baking: Option<f64>,
+    /// Time from the start of the program until the first frame is drawn.
     start_to_picture: f64,
     /// Buffers of the scene on the device, bytes; textures come on top.
     scene_bytes: u64,
@@ -36,13 +45,23 @@ pub(crate) struct Timings {
     peak_memory: Option<u64>,
 }
 
-/// Draws with one sample a pixel and the GPU's own smoothing, as a window does.
+/// Stops a bake once enough frames are drawn.
+#[derive(Default)]
+struct UntilDrawn(AtomicBool);
+
+impl Progress for UntilDrawn {
+    fn cancelled(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+/// Draws with one sample a pixel and the GPU's own smoothing, as a window does. `bake` bakes the mesh until it is cancelled.
 pub(crate) fn measure(
     renderer: &Renderer,
     scene: &Scene,
     settings: &Settings,
-    opening: Duration,
-    starting: Duration,
+    bake: Option<&(dyn Fn(&dyn Progress) + Sync)>,
+    [opening, starting]: [Duration; 2],
 ) -> Result<Timings, NoGpu> {
     let gpu = renderer.gpu();
     let begun = Instant::now();
@@ -52,15 +71,37 @@ pub(crate) fn measure(
     let target = renderer.target(settings.size, Smoothness::SmoothEdges);
     let canvas = renderer.canvas(settings.size);
     let view = canvas.create_view(&wgpu::TextureViewDescriptor::default());
-    let frame = || {
+    let without_map = Settings { displace: Displace { lambda: 0.0, ..settings.displace }, ..settings.clone() };
+    let frame = |halves: &[&Settings]| {
         let begun = Instant::now();
-        renderer.draw(&gpu_scene, scene, settings, &target, &view);
+        halves.iter().for_each(|settings| renderer.draw(&gpu_scene, scene, settings, &target, &view));
         gpu.wait();
         begun.elapsed()
     };
-    let first_frame = frame();
-    let mut frames: Vec<Duration> = (0..FRAMES).map(|_| frame()).collect();
-    frames.sort_unstable();
+    let median = |halves: &[&Settings]| {
+        let (begun, mut frames) = (Instant::now(), Vec::new());
+        while frames.len() < *FRAMES.start() || (frames.len() < *FRAMES.end() && begun.elapsed() < ENOUGH) {
+            frames.push(frame(halves));
+        }
+        frames.sort_unstable();
+        frames[frames.len() / 2].as_secs_f64()
+    };
+    let first_frame = frame(&[settings]);
+    let usual = median(&[settings]);
+    let split = median(&[settings, &without_map]);
+    let while_baking = bake.map(|bake| {
+        let until = UntilDrawn::default();
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                while !until.cancelled() {
+                    bake(&until);
+                }
+            });
+            let frame = median(&[settings]);
+            until.0.store(true, Ordering::Relaxed);
+            frame
+        })
+    });
     Ok(Timings {
         adapter: gpu.adapter.name.clone(),
         triangles: scene.mesh().triangles.len(),
@@ -70,7 +111,9 @@ pub(crate) fn measure(
         starting: starting.as_secs_f64(),
         uploading: uploading.as_secs_f64(),
         first_frame: first_frame.as_secs_f64(),
-        frame: frames[FRAMES / 2].as_secs_f64(),
+        frame: usual,
+        split_frame: split,
+        frame_while_baking: while_baking,
         start_to_picture: (opening + starting + uploading + first_frame).as_secs_f64(),
         scene_bytes: gpu_scene.bytes(),
         peak_memory: peak_memory(),

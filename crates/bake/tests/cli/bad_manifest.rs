@@ -18,7 +18,7 @@ fn values_that_make_no_sense_are_named() {
     let vertices = Mesh::sphere(4).positions.len();
     let (beyond, no_uv) = (json!([[vertices + 1, 1]]), json!([[1, 9999]]));
     let cases: &[(&str, Value, &[&str])] = &[
-        ("/planish", json!(6), &["version 6", "versions 1 to 5"]),
+        ("/planish", json!(7), &["version 7", "versions 1 to 6"]),
         ("/private_texels", json!([[0, 0, 0]]), &["private_texels", "names no vertex"]),
         ("/private_texels", json!([[1, 99999, 0]]), &["private_texels", "no texel"]),
         ("/private_texels", json!([[1, 0]]), &["invalid length 2"]),

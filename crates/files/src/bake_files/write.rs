@@ -33,7 +33,7 @@ fn names_source(manifest: &Path, name: &str) -> bool {
 }
 
 /// Finds the files of an earlier bake under the same name, by its manifest.
-fn earlier(manifest: &Path, folder: &Path, is_new: impl Fn(&str) -> bool) -> Earlier {
+pub(crate) fn earlier(manifest: &Path, folder: &Path, is_new: impl Fn(&str) -> bool) -> Earlier {
     let Some(files) = std::fs::read(manifest).ok().and_then(|bytes| manifest::named_files(&bytes)) else {
         return Earlier::default();
     };

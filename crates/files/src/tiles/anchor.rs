@@ -24,6 +24,7 @@ pub(super) fn add(part: &mut Part, edges: usize, diagonal: f64) -> f64 {
     let corners = [[0.0, -5.0], [0.0, 5.0], [12.0, 0.0], [-12.0, 0.0]];
     part.positions.extend(corners.map(|[x, y]| DVec3::new(x * unit, y * unit, 0.0)));
     part.ids.extend([Index::MAX; 4]);
+    part.tiles.extend([u16::MAX; 4]);
     part.rings.extend([RING; 4]);
     part.faces.push([first, first + 1, first + 2]);
     part.faces.push([first + 1, first, first + 3]);

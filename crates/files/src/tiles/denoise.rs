@@ -1,16 +1,17 @@
 //! Denoises one tile.
 
+use super::job::Job;
 use super::measure::{Lengths, centroid_distances, surface_of};
 use super::part::Part;
 use super::plan::{Plan, of_tile};
-use super::reach::{self, Halo};
-use super::records::{Numbers, NumbersOut, failed};
-use super::{anchor, measure};
+use super::reach;
+use super::records::{Numbers, NumbersOut, failed, write_json};
+use super::{anchor, measure, rounds};
 use crate::denoise_mesh::{self, DenoiseError, WeldedMesh};
 use crate::failure::Failure;
 use crate::text::shown;
-use planish_geometry::denoise::limits::{Limits, Volume, WeightMask, Weights};
-use planish_geometry::denoise::{Denoiser, Denoising};
+use planish_geometry::denoise::Denoiser;
+use planish_geometry::denoise::limits::{Limits, WeightMask, Weights};
 use planish_geometry::mesh::surface::Surface;
 use planish_geometry::mesh::topology::{EdgeKind, Topology};
 use planish_geometry::mesh::weld::{Weld, Welding};
@@ -18,21 +19,6 @@ use planish_geometry::progress::Progress;
 use planish_geometry::source::model::WeldedSurface;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
-
-/// How each tile of a mesh is denoised: decided once, for all of them.
-#[derive(Clone, Debug)]
-pub struct Job {
-    /// Name by which the caller knows the mesh and all settings. Results under this name are those of this job.
-    pub key: String,
-    /// Method and limits. Masks of single vertices are in `weights`.
-    pub method: Denoising,
-    /// Halo of each tile.
-    pub halo: Halo,
-    /// Lengths of the whole mesh, where [`Job::needs_lengths`] asks for them.
-    pub lengths: Option<Lengths>,
-    /// File with a weight of each source vertex (f32, little endian); `None` if all are 1.
-    pub weights: Option<PathBuf>,
-}
 
 /// Figures of a tile. Lengths are in model units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -60,26 +46,6 @@ pub struct TileReport {
     pub choice: Option<serde_json::Value>,
 }
 
-impl Job {
-    /// Whether the job needs the lengths of the whole mesh.
-    pub fn needs_lengths(&self) -> bool {
-        reach::needs_centroid_distance(&self.method.denoiser) || self.method.limits.max_displacement.is_some()
-    }
-
-    /// Checks that the method and its limits can be had tile by tile.
-    pub fn check(&self) -> Result<(), Failure> {
-        if self.method.limits.volume == Volume::Preserve {
-            let reason = "the volume is that of the whole mesh: `preserve_volume` does not go with tiles";
-            return Err(Failure::Input(reason.to_owned()));
-        }
-        Ok(())
-    }
-
-    fn report(&self, folder: &Path, tile: usize) -> PathBuf {
-        of_tile(folder, tile, &format!("{}.json", self.key))
-    }
-}
-
 /// Denoises a tile and writes its result to the folder; what is there already is not done again.
 pub fn denoise(folder: &Path, tile: usize, job: &Job, progress: &dyn Progress) -> Result<TileReport, Failure> {
     let path = job.report(folder, tile);
@@ -90,11 +56,11 @@ pub fn denoise(folder: &Path, tile: usize, job: &Job, progress: &dyn Progress) -
     }
     job.check()?;
     let plan = Plan::of(folder)?;
-    let report = denoise_part(folder, &plan, tile, job, progress)?;
-    let unfinished = path.with_added_extension(format!("{}.unfinished", std::process::id()));
-    std::fs::write(&unfinished, serde_json::to_vec(&report).map_err(Failure::internal)?)
-        .map_err(failed(&unfinished))?;
-    std::fs::rename(&unfinished, &path).map_err(failed(&path))?;
+    let report = match job.rounds() {
+        Some(rounds) => after_rounds(folder, &plan, tile, job, (rounds, progress))?,
+        None => denoise_part(folder, &plan, tile, job, progress)?,
+    };
+    write_json(&path, &report)?;
     Ok(report)
 }
 
@@ -175,10 +141,48 @@ fn denoise_part(
     Ok(report)
 }
 
+/// Writes the result of a tile that has taken all of its rounds.
+fn after_rounds(
+    folder: &Path,
+    plan: &Plan,
+    tile: usize,
+    job: &Job,
+    (rounds, progress): (u32, &dyn Progress),
+) -> Result<TileReport, Failure> {
+    let part = Part::read(folder, plan, tile, job.halo.band, progress)?;
+    let WeldedSurface { surface, .. } = surface_of(&part, plan.welding);
+    let mut report = TileReport {
+        tile,
+        vertices: plan.tiles[tile],
+        with_halo: part.ids.len(),
+        displacement: 0.0,
+        max_displacement: 0.0,
+        mean_edge: measure::mean_edge(&surface, surface.positions().len()),
+        misoriented_edges: misoriented(&surface),
+        sigma: None,
+        choice: None,
+    };
+    let mut out = NumbersOut::create(result(folder, tile, &job.key))?;
+    for (found, p) in rounds::after_all(folder, tile, job, rounds)?.into_iter().zip(&part.positions) {
+        // Rounded as displacements are.
+        let delta = *p - found.position;
+        out.index(found.id)?;
+        out.index(found.ring.into())?;
+        out.position(*p - delta)?;
+        if found.ring == 0 {
+            report.displacement += delta.length();
+            report.max_displacement = report.max_displacement.max(delta.length());
+        }
+    }
+    out.finish()?;
+    Ok(report)
+}
+
 /// Gives settings in the mean distance of a part that are those in the mean distance of the whole mesh.
 fn measured_in(denoiser: &mut Denoiser, known: Lengths, part: &mut Part, plan: &Plan) {
     if let Denoiser::BilateralNormals(settings) = denoiser {
-        let edges = centroid_distances(&surface_of(part, plan.welding).surface).len();
+        let WeldedSurface { surface, .. } = surface_of(part, plan.welding);
+        let edges = centroid_distances(&surface, surface.positions()).len();
         let mean = anchor::add(part, edges, plan.bounds[0].distance(plan.bounds[1]));
         // A quotient by a power of two is exact.
         settings.sigma_spatial = settings.sigma_spatial * known.mean_centroid_distance / mean;

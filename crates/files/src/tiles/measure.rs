@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Lengths of a whole mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,7 +42,7 @@ pub fn lengths(folder: &Path, tile: usize, progress: &dyn Progress) -> Result<()
     let edges = surface.topology().edges().iter();
     let edges = edges.map(|[a, b]| (*a, positions[*a as usize].distance(positions[*b as usize])));
     let mut edges = edges.peekable();
-    let mut across = centroid_distances(&surface).into_iter().peekable();
+    let mut across = centroid_distances(&surface, positions).into_iter().peekable();
     let mut out = NumbersOut::create(path)?;
     for (v, id) in (0..).zip(own) {
         let [edges, across]: [Vec<f64>; 2] = [
@@ -63,17 +63,26 @@ pub fn lengths(folder: &Path, tile: usize, progress: &dyn Progress) -> Result<()
 /// Adds up the lengths of all tiles, edge after edge as in the whole mesh.
 pub fn measure(folder: &Path) -> Result<Lengths, Failure> {
     let plan = Plan::of(folder)?;
-    let mut files = Vec::with_capacity(plan.tiles.len());
-    let mut next = BinaryHeap::new();
-    for tile in 0..plan.tiles.len() {
-        let mut file = Numbers::open(of_tile(folder, tile, "lengths"))?;
+    let [mean_edge, mean_centroid_distance] =
+        means((0..plan.tiles.len()).map(|tile| of_tile(folder, tile, "lengths")))?;
+    if mean_centroid_distance > 0.0 {
+        return Ok(Lengths { mean_edge, mean_centroid_distance });
+    }
+    Err(Failure::Input("no two faces share an edge, so the method has no length to go by".to_owned()))
+}
+
+/// Means of lengths in files, one for each tile: records of a vertex, ascending, with N lists of lengths.
+pub(super) fn means<const N: usize>(paths: impl Iterator<Item = PathBuf>) -> Result<[f64; N], Failure> {
+    let (mut files, mut next) = (Vec::new(), BinaryHeap::new());
+    for (tile, path) in paths.enumerate() {
+        let mut file = Numbers::open(path)?;
         if !file.is_at_end()? {
             next.push(Reverse((file.index()?, tile)));
         }
         files.push(file);
     }
     // The sum of no numbers is −0, as in the whole mesh.
-    let mut sums = [(-0.0, 0usize); 2];
+    let mut sums = [(-0.0, 0usize); N];
     while let Some(Reverse((_, tile))) = next.pop() {
         let file = &mut files[tile];
         for (sum, count) in &mut sums {
@@ -86,11 +95,7 @@ pub fn measure(folder: &Path) -> Result<Lengths, Failure> {
             next.push(Reverse((file.index()?, tile)));
         }
     }
-    let [mean_edge, mean_centroid_distance] = sums.map(|(sum, count)| sum / count as f64);
-    if mean_centroid_distance > 0.0 {
-        return Ok(Lengths { mean_edge, mean_centroid_distance });
-    }
-    Err(Failure::Input("no two faces share an edge, so the method has no length to go by".to_owned()))
+    Ok(sums.map(|(sum, count)| sum / count as f64))
 }
 
 /// Mean length of the edges between the first vertices of a surface, model units: without an anchor.
@@ -107,11 +112,12 @@ pub(super) fn surface_of(part: &Part, welding: Welding) -> WeldedSurface {
     WeldedSurface::new(&part.positions, part.faces.iter().map(|face| face.iter().copied()), welding)
 }
 
-/// Distances of the centroids of triangles that share an edge, each with the first vertex of the edge, in the order of the edges.
-pub(super) fn centroid_distances(surface: &Surface) -> Vec<(Index, f64)> {
+/// Distances of the centroids of triangles that share an edge, each with the first vertex of the edge, in the order of the edges. The
+/// vertices are at `positions` (#V×3); polygons are cut where the surface has them.
+pub(super) fn centroid_distances(surface: &Surface, positions: &[DVec3]) -> Vec<(Index, f64)> {
     let topology = triangles(surface);
     let centroid = |f: Index| {
-        let [a, b, c] = [0, 1, 2].map(|k| surface.positions()[topology.faces().get(f)[k] as usize]);
+        let [a, b, c] = [0, 1, 2].map(|k| positions[topology.faces().get(f)[k] as usize]);
         (a + b + c) / 3.0
     };
     let edges = (0..).zip(topology.edges()).filter(|(e, _)| topology.edge_kind(*e) == EdgeKind::Interior);

@@ -1,8 +1,10 @@
 //! Puts the denoised tiles together.
 
-use super::denoise::{self, Job};
+use super::denoise;
+use super::job::Job;
 use super::plan::Plan;
 use super::records::{Numbers, NumbersOut};
+use super::results::{Found, own, read};
 use crate::failure::Failure;
 use glam::DVec3;
 use planish_geometry::mesh::jagged::Index;
@@ -44,13 +46,6 @@ struct Shared {
 /// File of the denoised position of each source vertex. #v×3
 pub(super) fn positions(folder: &Path) -> PathBuf {
     folder.join("denoised")
-}
-
-/// A vertex in the result of a tile.
-struct Found {
-    id: Index,
-    ring: u16,
-    position: DVec3,
 }
 
 /// Puts the results of all tiles together. Where the method is bounded each vertex is as its own tile has it, and the others are
@@ -99,23 +94,6 @@ fn largest_and_rms(mut lengths: Vec<f64>) -> (f64, f64) {
     lengths.sort_unstable_by(f64::total_cmp);
     let squares = lengths.iter().map(|length| length * length).sum::<f64>();
     (lengths.last().copied().unwrap_or(0.0), (squares / lengths.len().max(1) as f64).sqrt())
-}
-
-fn read(file: &mut Numbers) -> Result<Option<Found>, Failure> {
-    if file.is_at_end()? {
-        return Ok(None);
-    }
-    Ok(Some(Found { id: file.index()?, ring: file.index()? as u16, position: file.position()? }))
-}
-
-/// The next vertex of the tile itself.
-fn own(file: &mut Numbers) -> Result<Option<Found>, Failure> {
-    while let Some(found) = read(file)? {
-        if found.ring == 0 {
-            return Ok(Some(found));
-        }
-    }
-    Ok(None)
 }
 
 /// Vertices that are in a band around a tile, with what all tiles make of them.

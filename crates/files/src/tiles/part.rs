@@ -18,6 +18,8 @@ pub struct Part {
     pub ids: Vec<Index>,
     /// Positions of the source vertices. #v×3, model units
     pub positions: Vec<DVec3>,
+    /// Tile of each source vertex. #v
+    pub tiles: Vec<u16>,
     /// Number of rings between each source vertex and the tile; 0 in the tile. #v
     pub rings: Vec<u16>,
     /// Faces at all source vertices that are less than `halo` rings away. #f
@@ -145,7 +147,7 @@ impl Part {
         for (tile, loaded) in loaded {
             for (id, (position, v)) in loaded.ids.iter().zip(loaded.positions.iter().zip(loaded.weld.vertex_of())) {
                 let ring = loaded.rings[*v as usize];
-                vertices.extend((ring != FAR).then_some((*id, *position, ring)));
+                vertices.extend((ring != FAR).then_some((*id, *position, *tile, ring)));
             }
             for (v, ring) in loaded.rings.iter().enumerate().filter(|(_, ring)| **ring < halo.max(1)) {
                 debug_assert!(*ring != FAR);
@@ -167,9 +169,10 @@ impl Part {
                 part.faces.push(corners);
             }
         }
-        for (id, position, ring) in vertices {
+        for (id, position, tile, ring) in vertices {
             part.ids.push(id);
             part.positions.push(position);
+            part.tiles.push(tile);
             part.rings.push(ring);
         }
         part

@@ -20,6 +20,8 @@ use planish_geometry::denoise::{Denoiser, Denoising, FoldOvers, Motion, Scheme, 
 
 /// Rings that marks of missing data take: whether a vertex is one depends on two rings around it.
 const MARKS: u64 = 2;
+/// Rings around a tile in which its results are compared with those of other tiles.
+const CHECKED: u16 = 2;
 /// Rings of the halo of methods that solve for all vertices at once, or measure the noise. Far away data has little weight.
 const SOLVERS: u16 = 48;
 /// Rings of the band in which the results of such methods go over into each other.
@@ -35,6 +37,18 @@ pub struct Halo {
     pub band: u16,
     /// Whether the method looks no farther than the halo goes, so that its results are those of the whole mesh.
     pub is_bounded: bool,
+}
+
+/// Halo of one round of a method that measures the whole mesh before each of its rounds, and the number of these; `None` for other
+/// methods, and for settings with which a round looks farther than is known.
+pub fn rounds(method: &Denoising, width: Option<u16>) -> Option<(Halo, u32)> {
+    let Denoiser::GuidedNormals(s) = &method.denoiser else { return None };
+    // A step of the normals averages over a radius, and looks for the best of the patches around each of those triangles. Where triangles
+    // are so narrow that more of them lie within the radius, that is what the band finds out.
+    let of_normals = s.radius.ceil() as u64 + 2 + 2 + 1;
+    let rings = u16::try_from(of_normals + update(&s.vertex_update)? + MARKS).ok()?.checked_add(CHECKED)?;
+    let is_free = method.limits.is_none() && s.iterations > 0;
+    is_free.then(|| (Halo { rings: rings.max(width.unwrap_or(0)), band: CHECKED, is_bounded: true }, s.iterations))
 }
 
 /// Number of rings that a method looks around a vertex, for the input that the result there depends on; `None` if that is the whole
@@ -67,7 +81,6 @@ fn update(settings: &VertexUpdate) -> Option<u64> {
 
 /// Halo for a method. `width` is that of a caller, in rings; the halo of a bounded method is no narrower than it looks.
 pub fn halo(method: &Denoising, width: Option<u16>) -> Halo {
-    const CHECKED: u16 = 2;
     // Motion along a direction looks at the normals of the result.
     let turned = u64::from(method.limits.direction.is_some());
     match rings(&method.denoiser)
@@ -82,7 +95,7 @@ pub fn halo(method: &Denoising, width: Option<u16>) -> Halo {
     }
 }
 
-/// Whether a method takes the mean distance of neighbouring faces from the whole mesh.
+/// Whether a method takes the mean distance of neighbouring faces from the whole mesh, once.
 pub(super) fn needs_centroid_distance(method: &Denoiser) -> bool {
     matches!(method, Denoiser::BilateralNormals(s) if s.scheme == Scheme::Local) && rings(method).is_some()
 }

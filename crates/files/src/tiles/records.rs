@@ -4,6 +4,9 @@ use crate::failure::Failure;
 use crate::input::plain;
 use crate::text::shown;
 use glam::DVec3;
+use planish_geometry::mesh::jagged::Index;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
@@ -47,6 +50,31 @@ impl Numbers {
         use std::io::BufRead as _;
         Ok(self.file.fill_buf().map_err(failed(&self.path))?.is_empty())
     }
+}
+
+/// Positions of some source vertices, by ascending indices, from a file with those of all.
+pub(super) fn positions_at(path: PathBuf, ids: &[Index]) -> Result<Vec<DVec3>, Failure> {
+    let mut file = Numbers::open(path)?;
+    let mut next = 0;
+    let position = |id: &Index| {
+        let skipped = i64::from(*id - next) * POSITION as i64;
+        file.file.seek_relative(skipped).map_err(failed(&file.path))?;
+        next = *id + 1;
+        file.position()
+    };
+    ids.iter().map(position).collect()
+}
+
+/// Reads a value that [`write_json`] wrote.
+pub(super) fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, Failure> {
+    serde_json::from_slice(&std::fs::read(path).map_err(failed(path))?).map_err(Failure::internal)
+}
+
+/// Writes a value to a file, which gets its name when it is whole.
+pub(super) fn write_json(path: &Path, value: &impl Serialize) -> Result<(), Failure> {
+    let unfinished = path.with_added_extension(format!("{}.unfinished", std::process::id()));
+    std::fs::write(&unfinished, serde_json::to_vec(value).map_err(Failure::internal)?).map_err(failed(&unfinished))?;
+    std::fs::rename(&unfinished, path).map_err(failed(path))
 }
 
 /// Position of its bytes.

@@ -7,7 +7,7 @@ use super::records::Numbers;
 use crate::compression;
 use crate::failure::Failure;
 use crate::input;
-use crate::output::{Output, Staged};
+use crate::output::{Folder, Output, Staged};
 use planish_geometry::progress::Progress;
 use planish_geometry::source::stream::{Piece, Stream};
 use std::fs::File;
@@ -74,6 +74,13 @@ pub fn check_output(path: &Path, output: &Path) -> Result<(), Failure> {
     }
     // It checks the same things as for any other output, and is not written to.
     Output::open(output, &[path]).map(drop)
+}
+
+/// Checks before any work is done that the mesh file at `path` can be read piece by piece, and a bundle be written to a folder.
+pub fn check_folder(path: &Path, folder: &Path) -> Result<(), Failure> {
+    Pieces::open(path)?;
+    // It goes again if it is new.
+    Folder::open(folder).map(drop)
 }
 
 /// Writes the mesh file at `path` again, as `output`, with the positions that [`merge`](super::merge()) has put together. All bytes but the

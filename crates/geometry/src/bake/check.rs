@@ -1,6 +1,6 @@
 //! Measures the files of an earlier bake again.
 
-use super::fill::texel_usage;
+use super::fill;
 use super::normal_maps::Frames;
 use super::offsets::Offsets;
 use super::report::{self, Verification};
@@ -73,7 +73,11 @@ pub fn check(
             let coverage = Coverage::new(model.surface(), atlas, entry.size(), progress)?;
             LayoutIssues::of(model.surface(), atlas, &Spacing::new(atlas), &coverage)
         }
-        _ => LayoutIssues { coverage: texel_usage(model, entry.size()), ..LayoutIssues::default() },
+        _ => {
+            let pages = manifest.page_entries().iter().map(|page| page.size().texels());
+            let texels = if pages.len() == 0 { entry.size().texels() } else { pages.sum() };
+            LayoutIssues { coverage: fill::texel_usage(model, texels), ..LayoutIssues::default() }
+        }
     };
     progress.stage("verifying");
     let verification = Verification {

@@ -138,12 +138,13 @@ fn pages_entry(request: &Request, paging: &Paging, maps: &Maps) -> PagesEntry {
             height: image.size.height,
             normal_map: normal_map(request, image, format!("{}.normal.{name}.png", names.stem)),
             vertices: Mask::of_indices(vertices),
+            texels: Mask::default(),
             seam_vertices: paging.seam_vertices[page].clone(),
             private_texels: private_texels(model, image),
         }
     };
     PagesEntry {
-        by: settings.pages,
+        by: paging.pages.by(),
         rule: RULE.to_owned(),
         maps: vertices.into_iter().enumerate().map(entry).collect(),
     }

@@ -160,16 +160,16 @@ pub(super) fn at_texels(request: &Request, atlas: Option<&Atlas>, channels: &[Ve
     progress.stage("one texel a vertex");
     let vertex_of = model.weld().vertex_of();
     let channels = channels.iter().map(|channel| per_vertex::bake(channel, vertex_of)).collect();
-    let coverage = texel_usage(model, per_vertex::size(vertex_of.len()));
+    let coverage = texel_usage(model, per_vertex::size(vertex_of.len()).texels());
     let vertices = model.surface().positions().len();
     let for_normals = atlas.map(|atlas| normal_map_coverage(request, (atlas, vertices), 0)).transpose()?.flatten();
     let findings = LayoutIssues { coverage, ..LayoutIssues::default() };
     Ok(Filled::new(channels, Vec::new(), findings, for_normals))
 }
 
-/// Fraction of the texels that are used if each source vertex has one.
-pub(super) fn texel_usage(model: &Model, size: Size) -> f64 {
-    model.data().positions().len() as f64 / size.texels() as f64
+/// Fraction of so many texels that are used if each source vertex has one.
+pub(super) fn texel_usage(model: &Model, texels: usize) -> f64 {
+    model.data().positions().len() as f64 / texels as f64
 }
 
 /// Largest fraction of overlapping texels that rounding along the outlines of charts explains.

@@ -116,9 +116,22 @@ fn seams(
 /// Pages of a mesh whose manifest was read; `None` if its map has one image. Fails if the mesh has other parts.
 pub(super) fn of_manifest(model: &Model, manifest: &Manifest) -> Result<Option<Pages>, BakeError> {
     let Some(entry) = &manifest.pages else { return Ok(None) };
-    let pages = Pages::of(model.data(), entry.by)?.ok_or(BakeError::OtherPages)?;
+    let pages = match entry.by.rule() {
+        Some(rule) => Pages::of(model.data(), rule)?.ok_or(BakeError::OtherPages)?,
+        None => of_cut(model, &entry.maps),
+    };
     let is_same = pages.parts().iter().eq(entry.maps.iter().map(|page| &page.part));
     if is_same { Ok(Some(pages)) } else { Err(BakeError::OtherPages) }
+}
+
+/// Pages of a mesh that was cut as its manifest says.
+fn of_cut(model: &Model, maps: &[PageEntry]) -> Pages {
+    let mut of_vertices = vec![None; model.data().positions().len()];
+    for (page, entry) in (0..).zip(maps) {
+        entry.vertices.indices().for_each(|v| of_vertices[v as usize] = Some(page));
+    }
+    let number = |entry: &PageEntry| if let Part::Cut(number) = entry.part { Some(number) } else { None };
+    Pages::of_cut(model.data(), maps.iter().filter_map(number), &of_vertices)
 }
 
 /// Finds the issues of the layouts of pages at the sizes of their images.

@@ -110,34 +110,86 @@ pub(super) fn deltas(
 ) -> Result<Vec<DVec3>, Cancelled> {
     progress.check()?;
     let mesh = TriangleMesh::of(surface);
-    let mut updater = Updater::new(surface, &mesh, settings.vertex_update);
-    let mut geometry = FaceGeometry::of(&mesh, surface.positions());
-    let neighbours = {
-        let radius = settings.radius * geometry.mean_centroid_distance(&mesh);
-        let around = mesh.neighbours_within(radius, most_within(settings.radius), &geometry.centroids);
-        build_lists(mesh.face_count(), |f, list| {
-            list.extend(around.get(f));
-            list.push(f);
-        })
-    };
-    let patches = Patches::of(&mesh, &geometry.centroids);
-    let mut guidance = Guidance::new(&patches);
-    let mut filtered = geometry.normals.clone();
+    let mut filter = Filter::new(surface, &mesh, settings, None);
     for done in 1..=settings.iterations {
         progress.check()?;
-        guidance.update(&patches, &geometry);
-        let sigma = settings.sigma_spatial * geometry.mean_centroid_distance(&mesh);
+        filter.take_round(None, progress)?;
+        progress.done(f64::from(done) / f64::from(settings.iterations));
+    }
+    Ok(filter.updater.deltas())
+}
+
+/// Start of one round of [`GuidedNormals`] on a part of a mesh, with what is measured on the whole mesh.
+#[derive(Clone, Copy, Debug)]
+pub struct GuidedRound<'a> {
+    /// Positions at which the vertices are. #V×3, model units
+    pub positions: &'a [DVec3],
+    /// Mean distance of the centroids of triangles that share an edge in the whole mesh as it was given, model units.
+    pub spacing_of_input: f64,
+    /// The same mean distance with the vertices where they are now, model units.
+    pub spacing: f64,
+}
+
+/// Takes one round on a surface with positions as they were given, and returns where the vertices are then. #V×3, model units
+pub(super) fn round(
+    surface: &Surface,
+    settings: &GuidedNormals,
+    start: GuidedRound,
+    progress: &dyn Progress,
+) -> Result<Vec<DVec3>, Cancelled> {
+    let mesh = TriangleMesh::of(surface);
+    let mut filter = Filter::new(surface, &mesh, settings, Some(start.spacing_of_input));
+    filter.updater.go_to(start.positions);
+    filter.geometry.update(&mesh, start.positions);
+    filter.take_round(Some(start.spacing), progress)?;
+    Ok(filter.updater.positions().to_vec())
+}
+
+/// State of the filter on one mesh between two rounds.
+struct Filter<'a> {
+    settings: &'a GuidedNormals,
+    mesh: &'a TriangleMesh,
+    updater: Updater<'a>,
+    geometry: FaceGeometry,
+    /// Triangles that are averaged for each triangle, the triangle itself last. #T lists
+    neighbours: Ragged<Index>,
+    patches: Patches,
+    guidance: Guidance,
+    filtered: Vec<DVec3>,
+}
+
+impl<'a> Filter<'a> {
+    /// The filter before its first round. `spacing` is the mean distance of neighbouring triangles; that of the mesh if it is `None`.
+    fn new(surface: &'a Surface, mesh: &'a TriangleMesh, settings: &'a GuidedNormals, spacing: Option<f64>) -> Self {
+        let updater = Updater::new(surface, mesh, settings.vertex_update);
+        let geometry = FaceGeometry::of(mesh, surface.positions());
+        let radius = settings.radius * spacing.unwrap_or_else(|| geometry.mean_centroid_distance(mesh));
+        let around = mesh.neighbours_within(radius, most_within(settings.radius), &geometry.centroids);
+        let neighbours = build_lists(mesh.face_count(), |f, list| {
+            list.extend(around.get(f));
+            list.push(f);
+        });
+        let patches = Patches::of(mesh, &geometry.centroids);
+        let guidance = Guidance::new(&patches);
+        let filtered = geometry.normals.clone();
+        Self { settings, mesh, updater, geometry, neighbours, patches, guidance, filtered }
+    }
+
+    /// Filters the normals once and lets the vertices follow. `spacing` is that of [`Self::new`], now.
+    fn take_round(&mut self, spacing: Option<f64>, progress: &dyn Progress) -> Result<(), Cancelled> {
+        let Self { settings, mesh, updater, geometry, neighbours, patches, guidance, filtered } = self;
+        guidance.update(patches, geometry);
+        let sigma = settings.sigma_spatial * spacing.unwrap_or_else(|| geometry.mean_centroid_distance(mesh));
         let [spatial, range] = [sigma, settings.sigma_range].map(|sigma| -0.5 / (sigma * sigma));
-        filter_normals(&neighbours, &geometry.normals, &mut filtered, |f, _, g| {
+        filter_normals(neighbours, &geometry.normals, filtered, |f, _, g| {
             let distance = geometry.centroids[f].distance_squared(geometry.centroids[g]);
             let difference = guidance.normals[f].distance_squared(guidance.normals[g]);
             geometry.areas[g] * (spatial * distance + range * difference).exp()
         });
-        updater.follow(&filtered, progress)?;
-        geometry.update(&mesh, updater.positions());
-        progress.done(f64::from(done) / f64::from(settings.iterations));
+        updater.follow(filtered, progress)?;
+        geometry.update(mesh, updater.positions());
+        Ok(())
     }
-    Ok(updater.deltas())
 }
 
 /// Largest number of faces that are averaged around a face within a radius, in mean distances of neighbouring faces: 26 times as many

@@ -151,6 +151,11 @@ impl<'a> Updater<'a> {
         &self.positions
     }
 
+    /// Moves the vertices to other positions (#V×3, model units), from which they go on.
+    pub(super) fn go_to(&mut self, positions: &[DVec3]) {
+        self.positions.copy_from_slice(positions);
+    }
+
     /// Displacements δ = p − p* from the current positions to the input. #V×3, model units
     pub(super) fn deltas(&self) -> Vec<DVec3> {
         self.input.iter().zip(&self.positions).map(|(p, x)| *p - x).collect()

@@ -158,13 +158,19 @@ pub fn carrier_vertices(carrier: &MeshData, rule: &SamplingRule, origin: DVec3) 
 }
 
 /// Place in one page at which each source vertex of a carrier, or of the mesh that was baked, samples; `None` for vertices without
-/// texture coordinates. Of vertices whose faces are all on other pages the place means nothing. #v
+/// texture coordinates or, in a mesh that was cut, without a texel in the page. Of vertices whose faces are all on other pages the place means nothing. #v
 ///
 /// # Panics
 /// If the page names an element that the mesh has not, which [`check_mesh`] finds.
 pub fn samples_in_page(mesh: &MeshData, page: &PageEntry) -> Vec<Option<SampleAt>> {
     let uv = |vt: Index| SampleAt::Uv(page.part.uv_in_image(mesh.uvs()[vt as usize]));
     let mut samples = vec![None; mesh.positions().len()];
+    if !page.texels.is_empty() {
+        for (texel, v) in (0..).zip(page.texels.indices()) {
+            samples[v as usize] = Some(SampleAt::Texel(texel));
+        }
+        return samples;
+    }
     for corner in mesh.faces().items() {
         let sample = &mut samples[corner.position as usize];
         if sample.is_none() {

@@ -52,8 +52,8 @@ pub use shading::{CurvatureEntry, OcclusionEntry, ShadingMapEntry};
 
 /// Latest version of the format that this crate reads. It also reads the earlier ones, and writes the earliest one that has every
 /// field that a reader has to know: 1 without private texels, 2 with them, 3 with pages, 4 with texture coordinates in another tile than
-/// [0, 1]², 5 with backs.
-pub const VERSION: u64 = 5;
+/// [0, 1]², 5 with backs, 6 with pages of a mesh that was cut.
+pub const VERSION: u64 = 6;
 
 /// Largest side of a map, texels.
 pub const LARGEST_SIDE: u32 = 16384;
@@ -62,7 +62,7 @@ pub const LARGEST_SIDE: u32 = 16384;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
     /// Version of the format: 1, or 2 if there are private texels, or 3 if there are pages, or 4 if the map has a tile, or 5 if there are
-    /// backs.
+    /// backs, or 6 if the mesh was cut into parts.
     pub planish: u64,
     /// Name and size of the mesh that was baked.
     pub source: SourceEntry,

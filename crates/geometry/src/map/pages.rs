@@ -1,4 +1,4 @@
-//! Pages: parts of a mesh that have images of their own, by UDIM tile or by material.
+//! Pages: parts of a mesh that have images of their own, by UDIM tile, by material, or because the mesh was cut.
 //!
 //! A page is that of a face, because vertices and texture coordinates on the border between two tiles belong to both. A vertex
 //! samples one of the pages of its faces, and all of them hold its height.
@@ -14,6 +14,10 @@
 //! let pages = Pages::of(model.data(), PageRule::Udim)?.unwrap();
 //! assert_eq!(pages.parts(), [Part::Tile(1001), Part::Tile(1002)]);
 //! assert_eq!(Pages::of(model.data(), PageRule::None)?, None);
+//!
+//! // A mesh that was cut between its first three vertices and the fourth one. A face is on the page of its first corner.
+//! let cut = Pages::of_cut(model.data(), [0, 1], &[Some(0), Some(0), Some(0), Some(1)]);
+//! assert_eq!((cut.parts(), cut.of_face(1)), (&[Part::Cut(0), Part::Cut(1)][..], 0));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -43,6 +47,29 @@ named! {
     }
 }
 
+named! {
+    /// Division that the pages of a map follow.
+    pub enum Division {
+        /// Each UDIM tile has a page.
+        Udim = "udim",
+        /// Each material has a page.
+        Material = "material",
+        /// The mesh was cut into parts because it is large, and each part has a page with one texel for each of its vertices.
+        Cut = "cut",
+    }
+}
+
+impl Division {
+    /// Rule that divides a mesh like this; `None` for a mesh that was cut, as the mesh alone does not say where.
+    pub fn rule(self) -> Option<PageRule> {
+        match self {
+            Self::Udim => Some(PageRule::Udim),
+            Self::Material => Some(PageRule::Material),
+            Self::Cut => None,
+        }
+    }
+}
+
 /// Part of a mesh that has a page.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -51,6 +78,8 @@ pub enum Part {
     Tile(u32),
     /// Name of a material; of faces without one, [`CARRIER_MATERIAL`].
     Material(String),
+    /// Number of a part of a mesh that was cut.
+    Cut(u32),
 }
 
 /// Number of the UDIM tile [0, 1]².
@@ -73,7 +102,7 @@ impl Part {
                 let index = tile.saturating_sub(FIRST_TILE);
                 Vec2::new((index % COLUMNS) as f32, (index / COLUMNS) as f32)
             }
-            Self::Material(_) => Vec2::ZERO,
+            Self::Material(_) | Self::Cut(_) => Vec2::ZERO,
         }
     }
 
@@ -86,7 +115,7 @@ impl Part {
 impl fmt::Display for Part {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Tile(tile) => write!(f, "{tile}"),
+            Self::Tile(number) | Self::Cut(number) => write!(f, "{number}"),
             Self::Material(name) => f.write_str(name),
         }
     }
@@ -100,6 +129,7 @@ pub struct TooManyPages(pub usize);
 /// Division of a mesh into pages.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pages {
+    by: Division,
     parts: Vec<Part>,
     of_face: Vec<Index>,
 }
@@ -111,10 +141,10 @@ impl Pages {
     /// A face that crosses the border of a tile, or lies where there is no tile, is on the tile that is nearest to its middle. A face
     /// without texture coordinates is on the first page.
     pub fn of(mesh: &MeshData, rule: PageRule) -> Result<Option<Self>, TooManyPages> {
-        let found = match rule {
+        let (by, found) = match rule {
             PageRule::None => return Ok(None),
-            PageRule::Udim => by_tile(mesh),
-            PageRule::Material => by_material(mesh),
+            PageRule::Udim => (Division::Udim, by_tile(mesh)),
+            PageRule::Material => (Division::Material, by_material(mesh)),
         };
         let mut pages: BTreeMap<u32, Index> = found.iter().flatten().map(|key| (*key, 0)).collect();
         let is_single = match rule {
@@ -134,7 +164,23 @@ impl Pages {
             None => CARRIER_MATERIAL.to_owned(),
         };
         let part = |key: &u32| if rule == PageRule::Udim { Part::Tile(*key) } else { Part::Material(name(*key)) };
-        Ok(Some(Self { parts: pages.keys().map(part).collect(), of_face }))
+        Ok(Some(Self { by, parts: pages.keys().map(part).collect(), of_face }))
+    }
+
+    /// Division of a mesh that was cut into parts with these numbers, given the page that each source vertex samples (#v). A face is
+    /// on the page of its first corner, or on the first page if that corner samples none.
+    pub fn of_cut(mesh: &MeshData, numbers: impl IntoIterator<Item = u32>, of_vertices: &[Option<Index>]) -> Self {
+        let page = |face: &[Corner]| face.first().and_then(|corner| of_vertices[corner.position as usize]);
+        Self {
+            by: Division::Cut,
+            parts: numbers.into_iter().map(Part::Cut).collect(),
+            of_face: mesh.faces().iter().map(|face| page(face).unwrap_or(0)).collect(),
+        }
+    }
+
+    /// Division that the pages follow.
+    pub fn by(&self) -> Division {
+        self.by
     }
 
     /// Parts of the mesh that have pages: tiles by their number, or materials in the order of their first use.

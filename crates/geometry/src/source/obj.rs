@@ -33,6 +33,7 @@ use std::ops::Range;
 
 pub use error::{ObjError, ObjErrorKind};
 pub use groups::NoSuchGroup;
+pub use print::CarrierLines;
 pub(crate) use print::{print, print_carrier};
 
 /// Contents of an OBJ file besides its mesh data; all of them are kept when the file is written.

@@ -1,15 +1,18 @@
 //! A scene as arrays for the GPU.
 
 use crate::gpu::types::{Extra, Vertex, Wedge};
-use crate::mesh::Side;
+use crate::mesh::{Facing, Side};
 use crate::scene::Scene;
 use glam::{Vec2, Vec4};
 use planish_geometry::map::displacement::SampleAt;
 use planish_geometry::map::tangents::Tangent;
 use std::ops::Range;
 
-/// Bits of a corner that hold its wedge; above them two for the side and one for the texture. `WEDGE_BITS` in `shaders/surface.wgsl`.
+/// Bits of a corner that hold its wedge; above them two for the side and two for flags of the triangle. `WEDGE_BITS` in
+/// `shaders/surface.wgsl`.
 const WEDGE_BITS: u32 = 28;
+/// Bits of a corner below its flags. `FLAG_BITS` in `shaders/surface.wgsl`.
+const FLAG_BITS: u32 = 30;
 
 /// Contents of the buffers of bind group 2.
 pub(crate) struct RenderMesh {
@@ -19,19 +22,29 @@ pub(crate) struct RenderMesh {
     pub(crate) extras: Vec<Extra>,
     /// Distinct combinations of vertex, normal, texture coordinate and tangent frame.
     pub(crate) wedges: Vec<Wedge>,
-    /// Corners of the triangles, #T×3; triangles of one texture are contiguous.
+    /// Corners of the triangles, #T×3; triangles of one run are contiguous.
     pub(crate) corners: Vec<u32>,
-    /// Ranges of corners that share a texture.
+    /// Ranges of corners that are drawn alike.
     pub(crate) runs: Vec<Run>,
     /// Start index of each ring, then the triangles around the vertices; see `shaders/normals.wgsl`.
     pub(crate) rings: Vec<u32>,
 }
 
-/// Corners that are drawn with one texture.
+/// Textures and sides with which triangles are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Look {
+    /// Index of the texture in the scene's list; `None` where the triangles have none.
+    pub(crate) texture: Option<u32>,
+    /// Index of the normal map in the scene's list; `None` where the triangles have none.
+    pub(crate) normal_map: Option<u32>,
+    /// Whether the outer side alone is drawn.
+    pub(crate) one_sided: bool,
+}
+
+/// Corners that are drawn with one look.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Run {
-    /// Index of the texture in the scene's list; none where the triangles have none.
-    pub(crate) texture: Option<u32>,
+    pub(crate) look: Look,
     pub(crate) corners: Range<u32>,
 }
 
@@ -42,13 +55,20 @@ impl RenderMesh {
         let extras = extras(scene, mesh.scalars.as_deref());
         let mut wedges = Wedges { all: Vec::new(), first: vec![NONE; mesh.positions.len()], next: Vec::new() };
         let mut corners = Vec::with_capacity(3 * mesh.triangles.len());
-        let texture = |t: &usize| scene.textures.of_triangle(*t);
+        let look = |t: &usize| Look {
+            texture: scene.textures.of_triangle(*t),
+            normal_map: scene.normal_maps.of_triangle(*t),
+            one_sided: mesh.triangles[*t].facing != Facing::Both,
+        };
         let mut order: Vec<usize> = (0..mesh.triangles.len()).collect();
-        // Stable: within a texture the order of the file.
-        order.sort_by_key(texture);
+        // Stable: within a look the order of the file.
+        order.sort_by_key(look);
         for t in order.iter().copied() {
             let triangle = &mesh.triangles[t];
-            let textured = u32::from(texture(&t).is_some()) << 2;
+            let Look { texture, normal_map, .. } = look(&t);
+            // TEXTURED, MAPPED, TURNED
+            let flags = [texture.is_some(), normal_map.is_some(), triangle.facing == Facing::Back];
+            let flags: u32 = (0..).zip(flags).map(|(bit, is_set)| u32::from(is_set) << bit).sum();
             for k in 0..3 {
                 let vertex = triangle.positions[k];
                 let wedge = wedges.number(Wedge {
@@ -64,10 +84,11 @@ impl RenderMesh {
                     Side::Seam => 1,
                     Side::Diagonal => 2,
                 };
-                corners.push((textured | side) << WEDGE_BITS | wedge);
+                let flags_here = (flags >> (2 * k)) & 3;
+                corners.push(flags_here << FLAG_BITS | side << WEDGE_BITS | wedge);
             }
         }
-        let runs = runs(order.iter().map(texture));
+        let runs = runs(order.iter().map(look));
         let rings = scene.displacement.as_ref().map_or_else(Vec::new, |binding| {
             let (rings, count) = (&binding.rings, mesh.positions.len() as u32);
             let ends = (0..count).map(|v| rings.range(v).end as u32);
@@ -78,12 +99,12 @@ impl RenderMesh {
     }
 }
 
-fn runs(textures: impl Iterator<Item = Option<u32>>) -> Vec<Run> {
+fn runs(looks: impl Iterator<Item = Look>) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
-    for (texture, first) in textures.zip((0..).step_by(3)) {
+    for (look, first) in looks.zip((0..).step_by(3)) {
         match runs.last_mut() {
-            Some(run) if run.texture == texture => run.corners.end = first + 3,
-            _ => runs.push(Run { texture, corners: first..first + 3 }),
+            Some(run) if run.look == look => run.corners.end = first + 3,
+            _ => runs.push(Run { look, corners: first..first + 3 }),
         }
     }
     runs

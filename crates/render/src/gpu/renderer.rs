@@ -159,9 +159,13 @@ impl Renderer {
             let volume = frame::volume_display(scene, settings);
             pass.set_pipeline(&pipelines.background(&self.gpu.device, &self.layouts, volume));
             pass.draw(0..3, 0..1);
-            let surface = pipelines.surface(&self.gpu.device, &self.layouts, frame::variant(scene, settings));
+            let variant = frame::variant(scene, settings);
+            let surface = pipelines.surface(&self.gpu.device, &self.layouts, variant);
             if mesh == Part::Shown {
-                self.draw_surface(&mut pass, &surface, gpu_scene, settings);
+                let outer_side = gpu_scene.runs.iter().any(|run| run.look.one_sided);
+                let outer_side = outer_side.then(|| pipelines.outer_side(&self.gpu.device, &self.layouts, variant));
+                let outer_side = outer_side.as_ref().unwrap_or(&surface.mesh);
+                self.draw_surface(&mut pass, [&surface.mesh, outer_side], gpu_scene, settings);
             }
             // Last, because its rim lets the background through.
             if lighting.has_ground {
@@ -173,19 +177,19 @@ impl Renderer {
         self.gpu.queue.submit([encoder.finish()]);
     }
 
-    /// Draws the mesh, texture by texture.
+    /// Draws the mesh, look by look, with the pipelines for triangles of which both sides or the outer one alone are drawn.
     fn draw_surface(
         &self,
         pass: &mut wgpu::RenderPass,
-        surface: &pipelines::Surface,
+        pipelines: [&wgpu::RenderPipeline; 2],
         gpu_scene: &GpuScene,
         settings: &Settings,
     ) {
         pass.set_bind_group(1, &gpu_scene.map_bindings, &[]);
         pass.set_bind_group(2, &gpu_scene.surface_bindings, &[]);
-        pass.set_pipeline(&surface.mesh);
         for run in &gpu_scene.runs {
             let textures = gpu_scene.texture_bindings(&self.gpu.device, &self.layouts, &self.samplers, settings, run);
+            pass.set_pipeline(pipelines[usize::from(run.look.one_sided)]);
             pass.set_bind_group(3, &textures, &[]);
             pass.draw(run.corners.clone(), 0..1);
         }

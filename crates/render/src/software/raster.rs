@@ -3,7 +3,7 @@
 //!
 //! Juan Pineda. A parallel algorithm for polygon rasterization. SIGGRAPH 1988.
 
-use glam::{DVec2, Vec4};
+use glam::{DVec2, Vec4, Vec4Swizzles};
 use std::ops::Range;
 
 /// Corners are rounded to this many steps per sample.
@@ -33,6 +33,13 @@ impl Grid {
         let unit = DVec2::new(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y);
         (unit * self.size() * STEPS as f64).round().to_array().map(|s| s as i64)
     }
+}
+
+/// Whether a triangle in clip space is seen from the side from which it is counter-clockwise: the signed area on the picture is the
+/// determinant of (x, y, w).
+pub(super) fn is_front(clip_corners: [Vec4; 3]) -> bool {
+    let [a, b, c] = clip_corners.map(Vec4Swizzles::xyw);
+    a.dot(b.cross(c)) > 0.0
 }
 
 /// A triangle on the grid; which way round it was does not matter.

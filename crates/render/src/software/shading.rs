@@ -146,8 +146,10 @@ impl<'a> Shader<'a> {
             return fragment.face_normal;
         }
         let strength = normal_map_strength(self.scene, self.settings);
-        if let (Some(map), Some(strength), Some(uv)) = (&self.scene.normal_map, strength, fragment.uv) {
-            let texel = 2.0 * map.at(uv, fragment.uv_steps, Sampling::Bilinear) - 1.0;
+        let normal_maps = &self.scene.normal_maps;
+        let map = normal_maps.of_triangle(fragment.triangle as usize);
+        if let (Some(map), Some(strength), Some(uv)) = (map, strength, fragment.uv) {
+            let texel = 2.0 * normal_maps.all()[map as usize].at(uv, fragment.uv_steps, Sampling::Bilinear) - 1.0;
             let n = Vec3::Z.lerp(texel, strength);
             let [tangent, bitangent, normal] = fragment.tangent.frame(fragment.normal);
             return (n.x * tangent + n.y * bitangent + n.z * normal).normalize_or_zero();

@@ -1,7 +1,7 @@
 //! Shadow maps on the processor. Twin of `shaders/shadow.wgsl`.
 
 use super::clip;
-use super::raster::{Grid, ScreenTriangle};
+use super::raster::{self, Grid, ScreenTriangle};
 use crate::camera::View;
 use crate::draw_parameters::drawn_triangles;
 use crate::lights::WorldLight;
@@ -200,9 +200,7 @@ fn depths(
     let mut depths = vec![1.0f32; size * size];
     for (triangle, source) in triangles.iter().zip(0..) {
         let corners = triangle.positions.map(|v| clip_positions[v as usize]);
-        // Signed area on the picture: the determinant of (x, y, w).
-        let [a, b, c] = corners.map(Vec4Swizzles::xyw);
-        if casters == Casters::BackFaces && a.dot(b.cross(c)) > 0.0 {
+        if casters == Casters::BackFaces && raster::is_front(corners) {
             continue;
         }
         for part in clip::clip(corners).fan().filter_map(|t| ScreenTriangle::new(t, source, grid)) {

@@ -14,7 +14,7 @@ fn scene(positions: Vec<Vec3>, normals: Vec<Vec3>, uvs: Vec<Vec2>, triangles: &[
     let uvs_of = |t: [u32; 3]| (!uvs.is_empty()).then_some(t);
     let triangles = triangles
         .iter()
-        .map(|&t| Triangle { positions: t, normals: t, uvs: uvs_of(t), sides: <_>::default() })
+        .map(|&t| Triangle { positions: t, normals: t, uvs: uvs_of(t), ..Triangle::default() })
         .collect();
     Scene::new(Mesh { positions, normals, uvs, triangles, ..Mesh::default() }).unwrap()
 }

@@ -184,7 +184,7 @@ mod tests {
         // A small square in the middle of the picture and of the box.
         let corners = [(0.2, -0.5), (0.8, -0.5), (0.8, 0.5), (0.2, 0.5)];
         let positions = corners.map(|(x, y)| scale * Vec3::new(x, y, 0.0)).to_vec();
-        let triangle = |positions| Triangle { positions, normals: [0; 3], uvs: None, sides: <_>::default() };
+        let triangle = |positions| Triangle { positions, ..Triangle::default() };
         let triangles = vec![triangle([0, 1, 2]), triangle([0, 2, 3])];
         let mut scene = Scene::new(Mesh { positions, normals: vec![Vec3::Z], triangles, ..Mesh::default() }).unwrap();
         scene.set_volume(Some(Arc::new(volume)));

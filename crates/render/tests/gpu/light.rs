@@ -37,7 +37,7 @@ fn draw(scene: &Scene, settings: &Settings, mut check: impl FnMut(&RgbaImage, &s
 }
 
 fn scene(positions: Vec<Vec3>, normals: Vec<Vec3>, triangles: &[[u32; 3]]) -> Scene {
-    let triangle = |&t: &[u32; 3]| Triangle { positions: t, normals: t, uvs: None, sides: <_>::default() };
+    let triangle = |&t: &[u32; 3]| Triangle { positions: t, normals: t, ..Triangle::default() };
     let triangles = triangles.iter().map(triangle).collect();
     Scene::new(Mesh { positions, normals, triangles, ..Mesh::default() }).unwrap()
 }

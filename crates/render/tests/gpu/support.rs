@@ -66,7 +66,10 @@ pub(crate) struct Baked {
 }
 
 pub(crate) fn baked(path: &Path, settings: &BakeSettings) -> Baked {
-    let model = model(path);
+    baked_model(model(path), settings)
+}
+
+fn baked_model(model: Model, settings: &BakeSettings) -> Baked {
     let names = BundleNames { source: "in.obj".into(), stem: "in".into(), carrier: "in".into() };
     let bundle = bake::bake(&model, &names, SideFiles::NONE, settings, &Silent).unwrap();
     let entry = &bundle.manifest.displacement;
@@ -94,7 +97,7 @@ impl Baked {
         scene.textures = Textures::one(Texture::new(stripes(), Content::Colour).unwrap());
         if let Some(entry) = &self.bundle.manifest.normal_map {
             let image = image::load_from_memory(bytes(&self.bundle, &entry.file)).unwrap().into_rgba8();
-            scene.normal_map = Texture::new(image, Content::Data);
+            scene.normal_maps = Textures::one(Texture::new(image, Content::Data).unwrap());
         }
         let bounds = scene.bounds();
         scene.set_volume(Some(Arc::new(waves(bounds.centre, bounds.radius))));
@@ -109,6 +112,31 @@ pub(crate) fn duck() -> Scene {
         baked(&repository().join("data/duck_noisy.obj"), &settings).scene()
     });
     DUCK.clone()
+}
+
+/// A rough, curved sheet with a back, whose faces name `v` and `vt` lines of their own; the sides have different colours.
+pub(crate) fn leaf() -> Scene {
+    let (mut text, n) = (String::new(), 25);
+    for side in 0..2 {
+        for i in 0..n * n {
+            let [x, y] = [i % n, i / n].map(f64::from);
+            let z = 0.02 * (x - 12.0).powi(2) + 0.05 * f64::from(i * i % 11);
+            text += &format!("v {x} {y} {z}\n");
+            text += &format!("vt {} {}\n", 0.01 + 0.019 * x + 0.5 * f64::from(side), 0.02 + 0.038 * y);
+        }
+    }
+    for i in (0..n * (n - 1)).filter(|i| i % n < n - 1) {
+        for corners in [[i, i + 1, i + n], [i + 1, i + n + 1, i + n]] {
+            let [a, b, c] = corners.map(|v| v + 1);
+            text += &format!("f {a}/{a} {b}/{b} {c}/{c}\n");
+            let [a, b, c] = corners.map(|v| v + 1 + n * n);
+            text += &format!("f {c}/{c} {b}/{b} {a}/{a}\n");
+        }
+    }
+    let model = Model::new(Obj::parse(text.into_bytes()).unwrap(), Welding::Exact);
+    let baked = baked_model(model, &BakeSettings { side: Some(512), ..quick() });
+    assert!(baked.bundle.manifest.normal_map.is_some() && baked.bundle.manifest.backs.highest() == 1250);
+    baked.scene()
 }
 
 /// A density that is high in the middle of a sphere and along waves, in a box whose axes are askew and whose voxels are not cubes.

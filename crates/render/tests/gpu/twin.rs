@@ -1,7 +1,7 @@
 //! The GPU and the renderer on the processor draw the same pictures.
 
 use crate::golden::{shadows, volumes};
-use crate::support::{duck, no_complaints, renderer, small};
+use crate::support::{duck, leaf, no_complaints, renderer, small};
 use glam::Vec3;
 use image::RgbaImage;
 use planish_render::gpu::Backend;
@@ -118,6 +118,53 @@ fn triangles_have_their_own_textures_or_none() {
     agree(&scene, &settings, &image, "bands");
     let bluish = image.pixels().filter(|p| u16::from(p.0[2]) > 2 * u16::from(p.0[0])).count();
     assert!(bluish > image.pixels().len() / 50, "{bluish}");
+    no_complaints(&renderer);
+}
+
+#[test]
+fn triangles_have_their_own_normal_maps_or_none() {
+    let renderer = renderer(Backend::Vulkan);
+    let mut scene = duck();
+    let tilted = Texture::new(RgbaImage::from_pixel(2, 2, image::Rgba([190, 90, 220, 255])), Content::Data).unwrap();
+    let all = vec![tilted, scene.normal_maps.all()[0].clone()];
+    let bands = (0..scene.mesh().triangles.len()).map(|t| [Some(1), None, Some(0)][t / 40 % 3]).collect();
+    scene.normal_maps = Textures::by_triangle(all, bands).unwrap();
+    let gpu_scene = renderer.upload(&scene).unwrap();
+    let mut pictures = Vec::new();
+    for &normals in Normals::ALL {
+        let mut settings = Settings { shading: Shading::Phong, ..settings() };
+        (settings.displace.normals, settings.displace.lambda) = (normals, 0.7);
+        pictures.push(renderer.image_of(&gpu_scene, &scene, &settings));
+        agree(&scene, &settings, &pictures[pictures.len() - 1], &format!("{normals:?}"));
+    }
+    let map = Normals::ALL.iter().position(|normals| *normals == Normals::Map).unwrap();
+    let one = duck();
+    let mut settings = Settings { shading: Shading::Phong, ..settings() };
+    (settings.displace.normals, settings.displace.lambda) = (Normals::Map, 0.7);
+    let whole = renderer.image(&one, &settings).unwrap();
+    let off = whole.iter().zip(pictures[map].iter()).filter(|(a, b)| a.abs_diff(**b) > 20).count();
+    assert!(off > whole.len() / 50, "{off} numbers show the maps");
+    no_complaints(&renderer);
+}
+
+#[test]
+fn both_sides_of_a_leaf() {
+    let renderer = renderer(Backend::Vulkan);
+    let scene = leaf();
+    let gpu_scene = renderer.upload(&scene).unwrap();
+    for yaw in [25.0, 205.0] {
+        for shading in
+            [Shading::Phong, Shading::Flat, Shading::Gouraud, Shading::Texture, Shading::Normals, Shading::Bump]
+        {
+            for &normals in Normals::ALL {
+                let mut settings = Settings { shading, ..settings() };
+                (settings.displace.normals, settings.displace.lambda) = (normals, 0.7);
+                (settings.camera.yaw, settings.camera.pitch) = (yaw, 15.0);
+                let picture = renderer.image_of(&gpu_scene, &scene, &settings);
+                agree(&scene, &settings, &picture, &format!("{yaw} {shading:?} {normals:?}"));
+            }
+        }
+    }
     no_complaints(&renderer);
 }
 

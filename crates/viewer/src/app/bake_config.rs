@@ -12,7 +12,6 @@ use planish_geometry::map::displacement::{MapKind, TexelFormat};
 use planish_geometry::map::manifest::{Layout, Manifest, Method, UvSource};
 use planish_geometry::map::normal_map::Convention;
 use planish_geometry::map::occlusion::Occlusion;
-use planish_geometry::map::pages::PageRule;
 use planish_geometry::mesh::weld::Welding;
 use planish_geometry::named::Named;
 use std::path::{Path, PathBuf};
@@ -110,7 +109,7 @@ impl BakeConfig {
                 (Layout::Uv, UvSource::Mesh) => LayoutChoice::Auto,
                 (Layout::Uv, UvSource::Unwrapped) => LayoutChoice::Unwrap,
             },
-            pages: manifest.pages.as_ref().map_or(PageRule::None, |pages| pages.by),
+            pages: manifest.pages.as_ref().and_then(|pages| pages.by.rule()).unwrap_or_default(),
             side: Some(map.width).filter(|_| is_given && map.layout == Layout::Uv),
             largest_side: LargestSide::default(),
             tolerance: Quanta::default(),

@@ -16,6 +16,7 @@ use planish_geometry::denoise::LastResult;
 use planish_geometry::map::displace::ShaderVertex;
 use planish_geometry::map::displacement::Displacement;
 use planish_geometry::map::manifest::{self, Manifest};
+use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Progress;
 use planish_geometry::source::format::Format;
 use planish_geometry::source::model::Model;
@@ -37,6 +38,8 @@ pub struct Document {
     pub scene: Arc<Scene>,
     /// Rule on the files that the mesh names.
     pub trust: Trust,
+    /// Rule by which vertices became one.
+    pub welding: Welding,
     /// Memory of the last result of a method on the mesh, for bakes that change only limits or the map.
     last_result: LastResult,
 }
@@ -120,11 +123,17 @@ fn without_map() -> Settings {
     }
 }
 
-/// Reads a mesh, or a manifest with its mesh and map.
-pub fn load(path: &Path, trust: Trust, progress: &dyn Progress) -> Result<(Document, Option<Map>), Failure> {
+/// Reads a mesh, or a manifest with its mesh and map, which are welded as the manifest says.
+pub fn load(
+    path: &Path,
+    welding: Welding,
+    trust: Trust,
+    progress: &dyn Progress,
+) -> Result<(Document, Option<Map>), Failure> {
     match kind(path) {
         Some(Kind::Mesh) => {
-            Ok((document(&Files { mesh: Some(path.to_owned()), trust, ..Files::default() }, progress)?.0, None))
+            let files = Files { mesh: Some(path.to_owned()), welding, trust, ..Files::default() };
+            Ok((document(&files, progress)?.0, None))
         }
         Some(Kind::Manifest) => with_map(path, trust, progress),
         Some(Kind::Picture) => with_map(&manifest_of(path)?, trust, progress),
@@ -143,7 +152,8 @@ fn document(files: &Files, progress: &dyn Progress) -> Result<(Document, Option<
     let mut info = info::inspect(&mesh, &model, files.trust, progress)?;
     info.notes.extend(warnings);
     let last_result = LastResult::remembered();
-    Ok((Document { mesh, model, info, scene: Arc::new(scene), trust: files.trust, last_result }, map))
+    let welding = map.as_ref().map_or(files.welding, |map| map.manifest.welding);
+    Ok((Document { mesh, model, info, scene: Arc::new(scene), trust: files.trust, welding, last_result }, map))
 }
 
 /// The manifest beside a map that names it.

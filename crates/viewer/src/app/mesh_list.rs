@@ -8,7 +8,6 @@ use planish_files::failure::Failure;
 use planish_files::input::{self, Trust};
 use planish_files::output::Folder;
 use planish_files::text::count;
-use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Progress;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -146,7 +145,7 @@ fn of_any_mesh(config: &BakeConfig) -> BakeConfig {
 fn bake_one(path: &Path, config: &BakeConfig, trust: Trust, progress: &dyn Progress) -> Result<PathBuf, Failure> {
     progress.stage("reading");
     let folder = bake_files::folder_beside(path)?;
-    let model = input::model(path, Welding::Exact, trust, progress)?;
+    let model = input::model(path, config.settings.welding, trust, progress)?;
     let job = Job { input: path, model: &model, folder: &folder, protected: &[], trust };
     let baked = job.run(&config.settings(&job)?, progress)?;
     progress.check()?;

@@ -50,7 +50,13 @@ impl App {
                 self.clean = Some(Arc::new(clean));
             }
             Ok(Loaded::Mask(mesh, mask)) => self.take_mask(&mesh, mask),
-            Err(failure) => self.fail(&failure),
+            Err(failure) => {
+                // What is open stays, as it is welded.
+                if let Some(document) = &self.document {
+                    self.choices.bake_config.settings.welding = document.welding;
+                }
+                self.fail(&failure);
+            }
         }
     }
 
@@ -74,7 +80,7 @@ impl App {
             self.choices.bake_config = BakeConfig::of(&map.manifest, &path);
             self.choices.view.displace.lambda = map.manifest.displacement.lambda as f32;
         } else {
-            self.choices.bake_config.settings.welding = <_>::default();
+            self.choices.bake_config.settings.welding = document.welding;
         }
         if !again && map.is_none() {
             self.choices.bake_config.target = None;

@@ -316,3 +316,34 @@ fn a_textured_scan_is_shown_with_its_texture_at_once() {
         assert!(!bench.app.map().unwrap().summary.is_empty());
     }
 }
+
+#[test]
+fn a_mesh_is_welded_anew_as_chosen_and_what_cannot_be_welded_stays() {
+    let mut bench = Bench::new();
+    // Two triangles of a square, whose common corners are a hair apart, as some exporters leave them.
+    let square = "v 0 0 0\nv 1 0 0\nv 1 1 0.1\nv 0 0 1e-6\nv 1 1 0.100001\nv 0 1 0\nv 2 1 0\nv 2 0 0\nf 1 2 3\nf 4 5 6\nf 3 2 7\nf 2 8 7\n";
+    fs::write(bench.path("split.obj"), square).unwrap();
+    let vertices = |app: &App| app.document().map_or(0, |d| d.model.surface().positions().len());
+    bench.open("split.obj");
+    bench.until("baked", App::is_baked);
+    assert_eq!(vertices(&bench.app), 8);
+    bench.app.choices.bake_config.settings.welding = Welding::Epsilon(1e-4);
+    bench.until("welded", |app| vertices(app) == 6);
+    bench.until("baked again", App::is_baked);
+    let map = Arc::clone(bench.app.map().unwrap());
+    assert_eq!(map.manifest.welding, Welding::Epsilon(1e-4));
+    assert!(bench.app.command().unwrap().contains("--weld 0.0001"));
+    bench.app.reload();
+    bench.until("read again", |app| app.status(Work::Load).is_none());
+    assert_eq!(vertices(&bench.app), 6, "a mesh that is read again keeps its welding");
+    bench.until("baked once more", App::is_baked);
+    // Within such a distance the whole mesh is one point.
+    let map = Arc::clone(bench.app.map().unwrap());
+    bench.app.choices.bake_config.settings.welding = Welding::Epsilon(9.0);
+    bench.until("refused", |app| app.messages().iter().any(|m| m.kind == MessageKind::Error));
+    bench.tick_after(2 * DEBOUNCE, Gesture::None);
+    assert_eq!(bench.app.choices.bake_config.settings.welding, Welding::Epsilon(1e-4));
+    assert!(bench.app.is_baked() && Arc::ptr_eq(&map, bench.app.map().unwrap()), "what is open stays");
+    bench.open("in.obj");
+    assert_eq!(bench.app.document().unwrap().welding, Welding::Exact, "another mesh is welded as usual");
+}

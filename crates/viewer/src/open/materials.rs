@@ -43,12 +43,8 @@ pub(super) fn textures(mesh: &Path, model: &Model, trust: Trust, warnings: &mut 
         index
     };
     let of_materials: Vec<Option<u32>> = model.data().materials().iter().map(|name| texture_of(name)).collect();
-    let surface = model.surface();
-    let of_triangle = |corners: &[u32; 3]| {
-        let face = model.source_face(surface.topology().face(corners[0]));
-        of_materials[model.data().face_material(face)? as usize]
-    };
-    let of_triangles = surface.triangle_corners().iter().map(of_triangle).collect();
+    let of_face = |face: &u32| of_materials[model.data().face_material(*face)? as usize];
+    let of_triangles = planish_render::input::faces_of_triangles(model).iter().map(of_face).collect();
     Textures::by_triangle(all, of_triangles).unwrap_or_default()
 }
 

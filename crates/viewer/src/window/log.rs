@@ -2,6 +2,7 @@
 //! measurements, and tests that drive the window from outside.
 
 use super::ui_state::UiState;
+use super::viewport;
 use crate::app::{App, Work};
 use planish_files::failure::Failure;
 use planish_files::input;
@@ -61,6 +62,7 @@ impl Log {
             "showing": ui_state.showing.is_some(),
             "painting": app.has_brush(),
             "comparing": format!("{:?}", ui_state.comparing),
+            "captions": viewport::captions(app),
             "messages": messages,
             "widgets": marks,
         });

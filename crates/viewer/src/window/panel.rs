@@ -47,7 +47,7 @@ fn all(ui: &mut Ui, app: &mut App, ui_state: &mut UiState) {
     section(ui, "Compare", true, |ui| compare::show(ui, app, ui_state));
     section(ui, "Map", true, |ui| map::show(ui, app, ui_state));
     section(ui, "View and light", false, |ui| view_settings::show(ui, app, ui_state));
-    section(ui, "Mesh", true, |ui| mesh::show(ui, app));
+    section(ui, "Mesh", true, |ui| mesh::show(ui, app, ui_state));
 }
 
 fn section(ui: &mut Ui, title: &str, open: bool, add: impl FnOnce(&mut Ui)) {

@@ -9,6 +9,7 @@ use crate::app::jobs::Status;
 use crate::app::vertex_numbers::VertexNumbers;
 use crate::app::{App, MessageKind, Work};
 use egui::{Color32, CursorIcon, Pos2, Rect, Sense, Ui, Vec2, pos2, vec2};
+use planish_geometry::metrics::Comparison;
 use planish_geometry::source::format::Format;
 use planish_render::settings::Shading;
 use planish_render::settings::lights::Light;
@@ -143,15 +144,15 @@ fn pictures(ui: &Ui, rect: Rect, app: &App, ui_state: &mut UiState) {
             let grip = Rect::from_center_size(pos2(x, rect.center().y), vec2(8.0, 36.0));
             painter.rect_filled(grip, 4.0, Color32::WHITE);
             ui_state.mark("divider", grip);
-            tag(&painter, pos2(x - 10.0, rect.top() + 10.0), egui::Align2::RIGHT_TOP, "noisy");
-            let lambda = format!("λ = {:.2}", app.choices.view.displace.lambda);
-            tag(&painter, pos2(x + 10.0, rect.top() + 10.0), egui::Align2::LEFT_TOP, &lambda);
+            let [noisy, with_map] = captions(app);
+            tag(&painter, pos2(x - 10.0, rect.top() + 10.0), egui::Align2::RIGHT_TOP, &noisy);
+            tag(&painter, pos2(x + 10.0, rect.top() + 10.0), egui::Align2::LEFT_TOP, &with_map);
         }
         (Comparing::Blink, Some(without)) => {
             let time = ui.input(|i| i.time);
             let is_noisy = ((time / BLINK) as u64).is_multiple_of(2);
             painter.image(if is_noisy { without } else { with_map }, rect, UNIT, Color32::WHITE);
-            let words = if is_noisy { "noisy" } else { "with the map" };
+            let words = &captions(app)[usize::from(!is_noisy)];
             tag(&painter, rect.min + vec2(10.0, 10.0), egui::Align2::LEFT_TOP, words);
             ui.request_repaint_after_secs((BLINK - time % BLINK) as f32);
         }
@@ -159,6 +160,20 @@ fn pictures(ui: &Ui, rect: Rect, app: &App, ui_state: &mut UiState) {
             painter.image(with_map, rect, UNIT, Color32::WHITE);
         }
     }
+}
+
+/// Words over the mesh as it is, and over the mesh with its map: with a clean mesh, also the errors against it, once they are measured.
+pub(super) fn captions(app: &App) -> [String; 2] {
+    let lambda = app.choices.view.displace.lambda;
+    let errors = |comparison: &Comparison| format!("\nEa {:.2}°\nd mean {:.4}", comparison.ea, comparison.d_mean);
+    let (mut noisy, mut with_map) = ("noisy".to_owned(), format!("λ = {lambda:.2}"));
+    if let Some(measured) = app.measured() {
+        noisy += &errors(measured.noisy());
+        if let Some((_, comparison)) = measured.displaced.as_ref().filter(|(of, _)| *of == lambda) {
+            with_map += &errors(comparison);
+        }
+    }
+    [noisy, with_map]
 }
 
 fn tag(painter: &egui::Painter, at: Pos2, anchor: egui::Align2, text: &str) {

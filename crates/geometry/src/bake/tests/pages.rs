@@ -108,6 +108,7 @@ fn every_page_gives_each_of_its_vertices_its_height() {
             let is_page = |page: &PageEntry| match &page.part {
                 Part::Tile(tile) => *tile == 1001 + middle.x as u32 + 10 * middle.y as u32,
                 Part::Material(name) => Some(name.as_str()) == material.as_deref(),
+                Part::Cut(_) => false,
             };
             let page = manifest.page_entries().iter().position(is_page).unwrap();
             for corner in face {

@@ -78,6 +78,15 @@ impl Mask {
         self.join_runs();
         self
     }
+    /// Number of source vertices that are named; without those of the boundary.
+    pub fn count(&self) -> usize {
+        self.runs.iter().map(|[first, last]| (last - first) as usize + 1).sum()
+    }
+    /// Whether the source vertex of this index, which counts from 0, is named.
+    pub fn contains(&self, index: Index) -> bool {
+        let run = self.runs.partition_point(|[_, last]| *last <= index);
+        self.runs.get(run).is_some_and(|[first, _]| *first <= index.saturating_add(1))
+    }
     /// The highest number of a source vertex that is named; 0 where none is.
     pub fn highest(&self) -> Index {
         self.runs.last().map_or(0, |run| run[1])

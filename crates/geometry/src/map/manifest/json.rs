@@ -82,7 +82,8 @@ impl Manifest {
         }
         let has_sample_positions = map.layout == Layout::Vertex || self.dominant_uv.is_some() || self.pages.is_some();
         ensure(has_sample_positions, "dominant_uv", "is missing, and the layout `uv` needs it".to_owned())?;
-        let has_texels = map.layout == Layout::Uv || map.size().texels() >= self.source.vertices;
+        let is_one = map.layout == Layout::Vertex && self.pages.is_none();
+        let has_texels = !is_one || map.size().texels() >= self.source.vertices;
         let texels = map.size().texels();
         let problem = format!("{texels} texels are too few for {} vertices", self.source.vertices);
         ensure(has_texels, "displacement.width", problem)?;

@@ -3,15 +3,15 @@
 use super::{LARGEST_SIDE, Layout, Manifest, NormalMapEntry, PrivateTexel};
 use crate::denoise::limits::Mask;
 use crate::map::Size;
-use crate::map::pages::{PageRule, Part};
+use crate::map::pages::{Division, Part};
 use crate::mesh::jagged::Index;
 use serde::{Deserialize, Serialize};
 
 /// Pages of a map, which are images with one bias and scale.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PagesEntry {
-    /// Rule that divides the mesh into pages.
-    pub by: PageRule,
+    /// Division of the mesh into pages.
+    pub by: Division,
     /// Rule by which a vertex on the border of several pages samples one of them, and one texture coordinate there: criteria, the
     /// most important first.
     pub rule: String,
@@ -22,7 +22,7 @@ pub struct PagesEntry {
 /// Page of a map. It holds the heights of all vertices of the faces of its part, also of those that sample another page.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PageEntry {
-    /// Part of the mesh; in JSON the field `tile` or `material`.
+    /// Part of the mesh; in JSON the field `tile`, `material` or `cut`.
     #[serde(flatten)]
     pub part: Part,
     /// Name of the image file.
@@ -36,8 +36,13 @@ pub struct PageEntry {
     pub normal_map: Option<NormalMapEntry>,
     /// Source vertices that sample this page.
     pub vertices: Mask,
+    /// Source vertices that have a texel in this page: the j-th of them has texel (j mod width, j div width), row 0 on top. These are
+    /// the vertices that sample the page, and the other ones of their faces. Only in a mesh that was cut.
+    #[serde(default, skip_serializing_if = "Mask::is_empty")]
+    pub texels: Mask,
     /// Pairs `[v, vt]`, both counted from 1 as in OBJ, in ascending order: in this page `v` samples at `vt`. Vertices that are not
     /// listed have only one texture coordinate.
+    #[serde(default)]
     pub seam_vertices: Vec<[Index; 2]>,
     /// Source vertices that read texels of their own in this page, and those texels.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -56,7 +61,7 @@ impl PageEntry {
         std::iter::once(self.file.as_str()).chain(normal_map)
     }
 
-    fn check(&self, vertices: usize) -> Result<(), String> {
+    fn check(&self, by: Division, vertices: usize) -> Result<(), String> {
         let normal_map = self.normal_map.as_ref().map(|map| [map.width, map.height]);
         let mut sides = [self.width, self.height].into_iter().chain(normal_map.into_iter().flatten());
         if let Some(side) = sides.find(|side| !(1..=LARGEST_SIDE).contains(side)) {
@@ -66,6 +71,7 @@ impl PageEntry {
         if self.vertices.highest() as usize > vertices {
             return Err(format!("`vertices` names {}, but there are {vertices} vertices", self.vertices.highest()));
         }
+        self.check_texels(by, vertices)?;
         if let Some(pair) = self.seam_vertices.iter().find(|pair| !is_vertex(pair[0]) || pair[1] == 0) {
             return Err(format!("`seam_vertices`: {pair:?} names no vertex or no texture coordinate"));
         }
@@ -78,6 +84,25 @@ impl PageEntry {
             None => Ok(()),
         }
     }
+
+    /// Checks that a page of a mesh that was cut has a texel for each vertex that samples it, and nothing else.
+    fn check_texels(&self, by: Division, vertices: usize) -> Result<(), String> {
+        if by != Division::Cut {
+            return if self.texels.is_empty() { Ok(()) } else { Err("`texels` goes with `cut` alone".to_owned()) };
+        }
+        if !(self.seam_vertices.is_empty() && self.private_texels.is_empty() && self.normal_map.is_none()) {
+            return Err("`seam_vertices`, `private_texels` and `normal_map` do not go with `cut`".to_owned());
+        }
+        if self.texels.highest() as usize > vertices {
+            return Err(format!("`texels` names {}, but there are {vertices} vertices", self.texels.highest()));
+        }
+        let (needed, there) = (self.texels.count(), self.size().texels());
+        if needed > there {
+            return Err(format!("{there} texels are too few for {needed} vertices"));
+        }
+        let lacking = self.vertices.indices().find(|v| !self.texels.contains(*v));
+        lacking.map_or(Ok(()), |v| Err(format!("vertex {} samples the page and has no texel there", v + 1)))
+    }
 }
 
 impl PagesEntry {
@@ -85,8 +110,9 @@ impl PagesEntry {
     pub(super) fn check(&self, manifest: &Manifest) -> Result<(), String> {
         let map = &manifest.displacement;
         let Some(first) = self.maps.first() else { return Err("there is none".to_owned()) };
-        if map.layout != Layout::Uv {
-            return Err(format!("do not go with the layout `{}`", map.layout.name()));
+        let layout = if self.by == Division::Cut { Layout::Vertex } else { Layout::Uv };
+        if map.layout != layout {
+            return Err(format!("by `{}` do not go with the layout `{}`", self.by.name(), map.layout.name()));
         }
         if (&map.file, map.size()) != (&first.file, first.size()) {
             return Err("the first page is not the map of `displacement`".to_owned());
@@ -96,7 +122,7 @@ impl PagesEntry {
             return Err("`dominant_uv`, `private_texels` and `normal_map` do not go with pages".to_owned());
         }
         let check = |page: &PageEntry| {
-            page.check(manifest.source.vertices).map_err(|problem| format!("page {}: {problem}", page.part))
+            page.check(self.by, manifest.source.vertices).map_err(|problem| format!("page {}: {problem}", page.part))
         };
         self.maps.iter().try_for_each(check)
     }

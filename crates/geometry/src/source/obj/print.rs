@@ -47,6 +47,50 @@ pub(crate) fn print_carrier(
     out
 }
 
+/// Printer of the lines of a carrier, one by one, for meshes that are larger than memory: first positions, then as many normals, and
+/// then faces.
+#[derive(Debug, Default)]
+pub struct CarrierLines(Vec<u8>);
+
+impl CarrierLines {
+    /// Begins a carrier with this material library, whose faces have the material [`CARRIER_MATERIAL`].
+    pub fn begin(material_library: &str) -> Self {
+        let mut lines = Self::default();
+        push_line(&mut lines.0, "mtllib", material_library.as_bytes(), EOL);
+        push_line(&mut lines.0, "usemtl", CARRIER_MATERIAL.as_bytes(), EOL);
+        lines
+    }
+    /// Appends the position of a source vertex.
+    pub fn position(&mut self, p: DVec3) {
+        push_numbers(&mut self.0, "v", p.to_array(), EOL);
+    }
+    /// Appends the normal of a source vertex.
+    pub fn normal(&mut self, n: Vec3) {
+        push_numbers(&mut self.0, "vn", n.to_array(), EOL);
+    }
+    /// Appends a face by the indices of its source vertices, each of which has the normal of the same index.
+    pub fn face(&mut self, vertices: &[Index]) {
+        self.0.push(b'f');
+        for &v in vertices {
+            self.0.push(b' ');
+            push_corner(&mut self.0, carrier_corner(v, None));
+        }
+        self.0.extend_from_slice(EOL);
+    }
+    /// Number of bytes that have been printed since they were taken last.
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+    /// Whether nothing has been printed since the bytes were taken last.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+    /// Takes the bytes that have been printed.
+    pub fn take(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.0)
+    }
+}
+
 fn push_positions(out: &mut Vec<u8>, data: &MeshData, positions: &[DVec3]) {
     if data.colours().is_empty() {
         positions.iter().for_each(|p| push_numbers(out, "v", p.to_array(), EOL));

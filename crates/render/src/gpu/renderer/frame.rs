@@ -65,7 +65,7 @@ pub(super) fn frame(picture: &Picture, scale: f32) -> Frame {
     }
     // HAS_NORMAL_MAP, HAS_HEIGHTS_IN_UV, HAS_OCCLUSION_MAP, HAS_VOLUME
     let has = [
-        scene.normal_map.is_some(),
+        !scene.normal_maps.all().is_empty(),
         scene.displacement.as_ref().is_some_and(DisplacementBinding::in_uv),
         scene.occlusion_map().is_some(),
         scene.volume().is_some(),

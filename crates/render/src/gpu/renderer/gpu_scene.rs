@@ -32,12 +32,12 @@ pub struct GpuScene {
     pub(super) environment_sampler: wgpu::Sampler,
     /// Values of the volume; a single 0 without one.
     pub(super) volume: wgpu::TextureView,
-    /// Ranges of corners that share a texture.
+    /// Ranges of corners that are drawn alike.
     pub(super) runs: Vec<Run>,
     textures: Vec<wgpu::TextureView>,
     /// White texel that stands in where there is no texture.
     plain: wgpu::TextureView,
-    normal_map: wgpu::TextureView,
+    normal_maps: Vec<wgpu::TextureView>,
     occlusion_map: wgpu::TextureView,
     bytes: u64,
     /// Colour maps, in the order of [`Colormap::ALL`].
@@ -102,7 +102,7 @@ impl GpuScene {
             volume,
             runs: mesh.runs,
             textures: scene.textures.all().iter().map(uploaded).collect(),
-            normal_map: scene.normal_map.as_ref().map_or_else(|| plain.clone(), uploaded),
+            normal_maps: scene.normal_maps.all().iter().map(uploaded).collect(),
             occlusion_map: scene.occlusion_map().map_or_else(|| plain.clone(), uploaded),
             plain,
             heat_maps: Colormap::ALL.iter().map(|map| targets::row(gpu, &texels(*map))).collect(),
@@ -128,11 +128,12 @@ impl GpuScene {
         settings: &Settings,
         run: &Run,
     ) -> wgpu::BindGroup {
-        let texture = run.texture.map_or(&self.plain, |i| &self.textures[i as usize]);
+        let texture = run.look.texture.map_or(&self.plain, |i| &self.textures[i as usize]);
+        let normal_map = run.look.normal_map.map_or(&self.plain, |i| &self.normal_maps[i as usize]);
         let heat_map = Colormap::ALL.iter().position(|map| *map == settings.heat.map).unwrap_or(0);
         let view = wgpu::BindingResource::TextureView;
         let sampler = wgpu::BindingResource::Sampler(samplers.of(settings.sampling));
-        let [normals, heat, occlusion] = [&self.normal_map, &self.heat_maps[heat_map], &self.occlusion_map].map(view);
+        let [normals, heat, occlusion] = [normal_map, &self.heat_maps[heat_map], &self.occlusion_map].map(view);
         let resources = [view(texture), sampler, normals, heat, occlusion];
         bind(device, &layouts.textures, &resources)
     }

@@ -18,6 +18,8 @@ pub(super) struct Pipelines {
     pub(super) shadow_view: wgpu::RenderPipeline,
     backgrounds: Mutex<HashMap<VolumeDisplay, wgpu::RenderPipeline>>,
     surfaces: Mutex<HashMap<Variant, Surface>>,
+    /// Pipelines of triangles whose outer side alone is drawn.
+    outer_sides: Mutex<HashMap<Variant, wgpu::RenderPipeline>>,
 }
 
 /// Pipelines that draw the surface and the ground under it, compiled for one variant of the settings.
@@ -117,7 +119,13 @@ impl Pipelines {
             ..screen(&groups, samples, VolumeDisplay::Hidden)
         };
         let shadow_view = pipeline(device, &shadow_view);
-        Self { samples, shadow_view, backgrounds: Mutex::default(), surfaces: Mutex::default() }
+        Self {
+            samples,
+            shadow_view,
+            backgrounds: <_>::default(),
+            surfaces: <_>::default(),
+            outer_sides: <_>::default(),
+        }
     }
 
     /// Compiles the background for what is drawn of a volume before it, unless it was needed before.
@@ -137,21 +145,41 @@ impl Pipelines {
         let mut surfaces = self.surfaces.lock().unwrap_or_else(PoisonError::into_inner);
         surfaces.entry(variant).or_insert_with(|| Surface::new(device, layouts, self.samples, variant)).clone()
     }
+
+    /// Compiles the variant for triangles whose outer side alone is drawn, unless it was needed before.
+    pub(super) fn outer_side(
+        &self,
+        device: &wgpu::Device,
+        layouts: &Layouts,
+        variant: Variant,
+    ) -> wgpu::RenderPipeline {
+        let mut all = self.outer_sides.lock().unwrap_or_else(PoisonError::into_inner);
+        let primitive = sides(wgpu::PrimitiveTopology::TriangleList, Some(wgpu::Face::Back));
+        let Layouts { frame, map, surface, textures, .. } = layouts;
+        let groups = [frame, map, surface, textures];
+        let new = || pipeline(device, &Special { primitive, ..mesh(&groups, self.samples, variant) });
+        all.entry(variant).or_insert_with(new).clone()
+    }
+}
+
+/// Pipeline of the surface.
+fn mesh<'a>(groups: &'a [&'a wgpu::BindGroupLayout], samples: u32, variant: Variant) -> Special<'a> {
+    Special {
+        program: Program::Mesh,
+        variant,
+        vertex: "vs_mesh",
+        fragment: Some("fs_mesh"),
+        depth_compare: wgpu::CompareFunction::Less,
+        depth_write: true,
+        ..screen(groups, samples, variant.volume)
+    }
 }
 
 impl Surface {
     fn new(device: &wgpu::Device, layouts: &Layouts, samples: u32, variant: Variant) -> Self {
         let Layouts { frame, map, surface, textures, .. } = layouts;
-        let mesh = Special {
-            program: Program::Mesh,
-            variant,
-            vertex: "vs_mesh",
-            fragment: Some("fs_mesh"),
-            groups: &[frame, map, surface, textures],
-            depth_compare: wgpu::CompareFunction::Less,
-            depth_write: true,
-            ..screen(&[], samples, variant.volume)
-        };
+        let groups = [frame, map, surface, textures];
+        let mesh = mesh(&groups, samples, variant);
         let ground = Special {
             program: Program::Ground,
             vertex: "vs_ground",

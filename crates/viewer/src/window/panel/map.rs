@@ -7,7 +7,7 @@ use crate::app::bake_config;
 use crate::app::document::{self, Map};
 use egui::{Color32, ColorImage, Rect, Sense, Ui, Vec2, pos2};
 use planish_files::text;
-use planish_geometry::bake::{BakeSettings, Carriers, CurvatureMap, LayoutChoice};
+use planish_geometry::bake::{BakeSettings, Carriers, CurvatureMap, LargestSide, LayoutChoice};
 use planish_geometry::map::displacement::{Displacement, TexelFormat};
 use planish_geometry::map::pages::PageRule;
 use std::sync::Arc;
@@ -130,6 +130,14 @@ fn settings(ui: &mut Ui, settings: &mut BakeSettings) {
         let given = settings.side.filter(|side| !(64..=8192).contains(side) || !side.is_power_of_two());
         let all = std::iter::once(None).chain(sides).chain(given.map(Some)).map(|side| (words(side), side));
         choose(ui, "size", &mut settings.side, all);
+        if settings.side.is_none() {
+            let default = LargestSide::default();
+            let sides = (6..=13).map(|power| LargestSide(1 << power)).filter(|side| side.0 < default.0);
+            let given =
+                Some(settings.largest_side).filter(|side| *side != default && !sides.clone().any(|s| s == *side));
+            let all = sides.chain(given).chain([default]).map(|side| (side.0.to_string(), side));
+            choose(ui, "size at most", &mut settings.largest_side, all);
+        }
     }
     choose(ui, "texels", &mut settings.texel, TexelFormat::ALL.map(|texel| (bake_config::texel_words(texel), texel)));
     choose(ui, "at vertices", &mut settings.texels, bake_config::choices());
