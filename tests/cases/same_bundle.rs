@@ -5,6 +5,7 @@ use planish_files::output::Folder;
 use planish_geometry::bake::{Bundle, LayoutChoice};
 use planish_geometry::denoise::NormalField;
 use planish_geometry::map::displacement::MapKind;
+use planish_geometry::mesh::weld::Welding;
 use planish_geometry::progress::Silent;
 use planish_render::settings::Settings;
 use planish_viewer::app::bake_config::BakeConfig;
@@ -86,7 +87,7 @@ fn one_mesh_becomes_the_same_files_whoever_bakes_it() {
 fn a_map_displaces_the_same_vertices_when_it_was_baked_as_when_it_is_read() {
     let folder = tempfile::tempdir().unwrap();
     let mesh = scan(folder.path());
-    let (document, none) = document::load(&mesh, Trust::Folder, &Silent).unwrap();
+    let (document, none) = document::load(&mesh, Welding::Exact, Trust::Folder, &Silent).unwrap();
     assert!(none.is_none());
     let changes: [fn(&mut BakeConfig); 5] = [
         |_| (),
@@ -102,7 +103,7 @@ fn a_map_displaces_the_same_vertices_when_it_was_baked_as_when_it_is_read() {
         let map = document::bake(&document, &bake_config, &out, &Silent).unwrap();
         let Origin::Baked { baked, .. } = &map.origin else { panic!("it was baked") };
         baked.write(Folder::open(&out).unwrap()).unwrap();
-        let (_, read) = document::load(&out.join("scan.planish.json"), Trust::Folder, &Silent).unwrap();
+        let (_, read) = document::load(&out.join("scan.planish.json"), Welding::Exact, Trust::Folder, &Silent).unwrap();
         assert_eq!(read.unwrap().vertices, map.vertices, "{i}");
     }
 }

@@ -163,21 +163,16 @@ impl Denoiser {
         surface: &Surface,
         progress: &dyn Progress,
     ) -> Result<(Vec<DVec3>, Option<auto::DenoiseChoice>), Cancelled> {
-        let turned = orientation::turned_faces(surface.topology());
-        let oriented = turned.map(|turned| {
-            // Which way a face was wound says nothing of where its vertices are.
-            Surface::new(orientation::with_turned(surface.topology(), &turned), surface.positions().to_vec())
-        });
-        let surface = oriented.as_ref().unwrap_or(surface);
-        if let Some(marks) = no_data::marks(surface) {
-            let (deltas, mut choice) = self.run(&no_data::without(surface, &marks), progress)?;
-            if let Some(choice) = &mut choice {
-                choice.no_data += marks.iter().filter(|mark| **mark).count();
-            }
-            return Ok((deltas, choice));
+        let (surface, no_data) = prepared(surface);
+        let (deltas, mut choice) = self.run_prepared(&surface, progress)?;
+        if let Some(choice) = &mut choice {
+            choice.no_data += no_data;
         }
+        Ok((deltas, choice))
+    }
+    fn run_prepared(&self, surface: &Surface, progress: &dyn Progress) -> Result<Outcome, Cancelled> {
         if self.motion() == Some(Motion::AlongNormal) {
-            let (free, choice) = self.freed().run(surface, progress)?;
+            let (free, choice) = self.freed().run_prepared(surface, progress)?;
             return Ok((HeightField::best(surface, &free, progress)?.0.deltas(), choice));
         }
         progress.stage("denoising");
@@ -219,23 +214,22 @@ impl GuidedNormals {
         start: GuidedRound,
         progress: &dyn Progress,
     ) -> Result<Vec<DVec3>, Cancelled> {
-        guided_normals::round(&prepared(surface), self, start, progress)
+        guided_normals::round(&prepared(surface).0, self, start, progress)
     }
 }
 
-/// The surface as [`Denoiser::run`] gives it to a method: with faces that agree about the outside, and without those of vertices that
-/// stand for missing data.
-fn prepared(surface: &Surface) -> Cow<'_, Surface> {
-    let mut prepared = Cow::Borrowed(surface);
+/// The surface as methods get it: with faces that agree about the outside, since which way a face was wound says nothing of where its
+/// vertices are, and without those of vertices that stand for missing data. Also returns the number of these vertices.
+fn prepared(surface: &Surface) -> (Cow<'_, Surface>, usize) {
+    let (mut prepared, mut no_data) = (Cow::Borrowed(surface), 0);
     loop {
         if let Some(turned) = orientation::turned_faces(prepared.topology()) {
             let topology = orientation::with_turned(prepared.topology(), &turned);
             prepared = Cow::Owned(Surface::new(topology, prepared.positions().to_vec()));
         }
-        match no_data::marks(&prepared) {
-            Some(marks) => prepared = Cow::Owned(no_data::without(&prepared, &marks)),
-            None => return prepared,
-        }
+        let Some(marks) = no_data::marks(&prepared) else { return (prepared, no_data) };
+        no_data += marks.iter().filter(|mark| **mark).count();
+        prepared = Cow::Owned(no_data::without(&prepared, &marks));
     }
 }
 

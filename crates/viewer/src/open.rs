@@ -217,8 +217,10 @@ fn normal_maps(
         of_entries.push(entry.map(|_| all.len() as u32));
         all.extend(entry.map(read).transpose()?);
     }
-    // Whoever wrote the manifest may have divided another mesh.
-    let Ok(Some(division)) = Pages::of(model.data(), pages.by) else { return Ok(Textures::default()) };
+    // Whoever wrote the manifest may have divided another mesh; parts of one that was cut have no normal maps.
+    let Some(Ok(Some(division))) = pages.by.rule().map(|rule| Pages::of(model.data(), rule)) else {
+        return Ok(Textures::default());
+    };
     let of_part = |part: &Part| of_entries[pages.maps.iter().position(|page| page.part == *part)?];
     let of_pages: Vec<Option<u32>> = division.parts().iter().map(of_part).collect();
     let faces = model_input::faces_of_triangles(model);

@@ -146,9 +146,8 @@ fn timings(args: &Args, settings: Settings, begun: Instant) -> Result<(), Failur
         protected: &[],
         trust: args.trust(),
     });
-    // A bake that fails leaves the frames without company, and is told where it is asked for.
-    let bake = job.as_ref().map(|job| |progress: &dyn Progress| drop(job.run(&BakeSettings::default(), progress)));
-    let bake = bake.as_ref().map(|bake| bake as &(dyn Fn(&dyn Progress) + Sync));
+    let bake = job.as_ref().map(|job| |progress: &dyn Progress| job.run(&BakeSettings::default(), progress).is_ok());
+    let bake = bake.as_ref().map(|bake| bake as &(dyn Fn(&dyn Progress) -> bool + Sync));
     let timings = timings::measure(&renderer, &scene, &settings, bake, [opening, starting]);
     let timings = timings.map_err(Failure::internal)?;
     renderer.gpu().validation_errors().iter().for_each(|text| terminal.warn(text));

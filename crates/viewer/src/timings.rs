@@ -33,7 +33,7 @@ pub(crate) struct Timings {
     frame: f64,
     /// The median of frames with both halves of the split view: with the map, and without.
     split_frame: f64,
-    /// The median of frames while the mesh is baked anew in the background; absent without a mesh.
+    /// The median of frames while the mesh is baked anew in the background; absent without a mesh, or if it cannot be baked.
     #[serde(skip_serializing_if = "Option::is_none")]
     frame_while_baking: Option<f64>,
     /// Time from the start of the program until the first frame is drawn.
@@ -55,12 +55,13 @@ impl Progress for UntilDrawn {
     }
 }
 
-/// Draws with one sample a pixel and the GPU's own smoothing, as a window does. `bake` bakes the mesh until it is cancelled.
+/// Draws with one sample a pixel and the GPU's own smoothing, as a window does. `bake` bakes the mesh until it is
+/// cancelled, and says whether it has baked it.
 pub(crate) fn measure(
     renderer: &Renderer,
     scene: &Scene,
     settings: &Settings,
-    bake: Option<&(dyn Fn(&dyn Progress) + Sync)>,
+    bake: Option<&(dyn Fn(&dyn Progress) -> bool + Sync)>,
     [opening, starting]: [Duration; 2],
 ) -> Result<Timings, NoGpu> {
     let gpu = renderer.gpu();
@@ -89,17 +90,15 @@ pub(crate) fn measure(
     let first_frame = frame(&[settings]);
     let usual = median(&[settings]);
     let split = median(&[settings, &without_map]);
-    let while_baking = bake.map(|bake| {
+    let while_baking = bake.and_then(|bake| {
         let until = UntilDrawn::default();
         std::thread::scope(|scope| {
-            scope.spawn(|| {
-                while !until.cancelled() {
-                    bake(&until);
-                }
-            });
+            let baking = scope.spawn(|| while !until.cancelled() && bake(&until) {});
             let frame = median(&[settings]);
+            // It ends by itself only where it has failed.
+            let is_baked = !baking.is_finished();
             until.0.store(true, Ordering::Relaxed);
-            frame
+            is_baked.then_some(frame)
         })
     });
     Ok(Timings {

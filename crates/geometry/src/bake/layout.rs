@@ -20,6 +20,8 @@ pub enum Fallback {
         /// Number of vertices without texture coordinates.
         vertices: usize,
     },
+    /// All faces of a page are left out of the surface, as backs that share the vertices of their fronts are.
+    NoLayout,
     /// The charts overlap many times.
     Overlap {
         /// Sum of the areas of the faces in the texture, in areas of the whole texture.
@@ -47,6 +49,9 @@ impl std::fmt::Display for Fallback {
             Self::NoUvs => write!(f, "the mesh has no texture coordinates"),
             Self::Unmapped { vertices } => {
                 write!(f, "{vertices} vertices have no texture coordinates; unwrapping all faces would help")
+            }
+            Self::NoLayout => {
+                write!(f, "all its faces are backs that share vertices with their fronts, or have no area")
             }
             Self::Overlap { layers } => {
                 write!(

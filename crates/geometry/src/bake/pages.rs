@@ -2,6 +2,7 @@
 
 use super::fill::{self, Filled, Placed};
 use super::layout::{Fallback, Plan};
+use super::layout_choice::LayoutChoice;
 use super::normal_maps::NormalMaps;
 use super::{BakeError, Request};
 use crate::map::Coverage;
@@ -9,7 +10,7 @@ use crate::map::layout_issues::{self, LayoutIssues};
 use crate::map::manifest::{Manifest, PageEntry};
 use crate::map::map_size::Spacing;
 use crate::map::pages::{Pages, Part};
-use crate::mesh::atlas::Atlas;
+use crate::mesh::atlas::{Atlas, AtlasError};
 use crate::mesh::jagged::Index;
 use crate::progress::Progress;
 use crate::source::model::Model;
@@ -50,9 +51,21 @@ pub(super) fn fill(
     let mut of_vertices = pages.of_vertices(model, atlas);
     let (mut filled, mut seam_vertices, mut plans) = (Vec::new(), Vec::new(), Vec::new());
     let corners = pages.of_corners(model.data());
+    let at_texels = |part: &Part, reason: Option<Fallback>| -> Result<Texels, BakeError> {
+        let of_page = |reason| Fallback::Page { page: part.to_string(), reason: Box::new(reason) };
+        let plan = Plan::Vertex { fallback: reason.map(of_page) };
+        let mut one = fill::at_texels(request, Some(atlas), channels)?;
+        normals.add(&mut one)?;
+        Ok(Texels { plan, filled: vec![one], paging: None })
+    };
     for (page, part) in (0..).zip(pages.parts()) {
         progress.stage("spacing");
-        let of_page = pages.atlas(model, page)?;
+        let of_page = match pages.atlas(model, page) {
+            Err(AtlasError::NoUvs) if settings.layout == LayoutChoice::Auto => {
+                return at_texels(part, Some(Fallback::NoLayout));
+            }
+            other => other?,
+        };
         let spacing = Spacing::new(&of_page);
         let touch = pages.touch(model, page);
         let is_used = |v: Index| touch[v as usize];
@@ -61,11 +74,7 @@ pub(super) fn fill(
         let plan = Plan::make(model.surface(), Some(placed.layout()), channels, settings, progress)?;
         let (plan, mut of_image) = fill::fill(request, plan, Some(placed), channels)?;
         if let Plan::Vertex { fallback } = plan {
-            let reason = |reason| Fallback::Page { page: part.to_string(), reason: Box::new(reason) };
-            let plan = Plan::Vertex { fallback: fallback.map(reason) };
-            let mut one = fill::at_texels(request, Some(atlas), channels)?;
-            normals.add(&mut one)?;
-            return Ok(Texels { plan, filled: vec![one], paging: None });
+            return at_texels(part, fallback);
         }
         // What has no texel stays where it is, on no page.
         for (of_vertex, v) in of_vertices.iter_mut().zip(0..).filter(|(of_vertex, _)| **of_vertex == Some(page)) {

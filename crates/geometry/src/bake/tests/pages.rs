@@ -289,3 +289,21 @@ fn pages_that_are_not_allowed_are_named() {
     let names = |bytes: &[u8]| manifest::named_files(bytes).unwrap().len();
     assert_eq!(names(bytes_of(&bundle, "sheet.planish.json")), bundle.files.len() - 1);
 }
+
+#[test]
+fn a_material_of_backs_alone_gives_each_vertex_a_texel() {
+    let mut leaf = Arrays { face_materials: vec![Some(0); (SIDE * SIDE) as usize], ..sheet() };
+    for (face, uvs) in sheet().faces.iter().zip(sheet().corner_uvs.chunks(4)) {
+        leaf.faces.push(face.iter().rev().copied());
+        leaf.corner_uvs.extend(uvs.iter().rev());
+        leaf.corner_normals.extend([Some(0); 4]);
+        leaf.face_materials.push(Some(1));
+    }
+    let bundle = bake_of(&model(leaf), &paged(PageRule::Material));
+    let manifest = &bundle.manifest;
+    assert_eq!((manifest.displacement.layout, &manifest.pages), (Layout::Vertex, &None));
+    assert!(manifest.report.max_error <= 0.5 * manifest.report.quantum + 1e-6, "{:?}", manifest.report);
+    let reason = Box::new(Fallback::NoLayout);
+    assert_eq!(bundle.fallback, Some(Fallback::Page { page: "right".into(), reason }));
+    assert!(bundle.fallback.unwrap().to_string().starts_with("page right: all its faces are backs"));
+}
