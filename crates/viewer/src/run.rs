@@ -147,7 +147,7 @@ fn timings(args: &Args, settings: Settings, begun: Instant) -> Result<(), Failur
         trust: args.trust(),
     });
     let bake = job.as_ref().map(|job| |progress: &dyn Progress| job.run(&BakeSettings::default(), progress).is_ok());
-    let bake = bake.as_ref().map(|bake| bake as &(dyn Fn(&dyn Progress) -> bool + Sync));
+    let bake = bake.as_ref().map(|bake| bake as timings::Bake);
     let timings = timings::measure(&renderer, &scene, &settings, bake, [opening, starting]);
     let timings = timings.map_err(Failure::internal)?;
     renderer.gpu().validation_errors().iter().for_each(|text| terminal.warn(text));

@@ -45,6 +45,9 @@ pub(crate) struct Timings {
     peak_memory: Option<u64>,
 }
 
+/// Bakes a mesh until it is cancelled, and says whether it has baked it.
+pub(crate) type Bake<'a> = &'a (dyn Fn(&dyn Progress) -> bool + Sync);
+
 /// Stops a bake once enough frames are drawn.
 #[derive(Default)]
 struct UntilDrawn(AtomicBool);
@@ -55,13 +58,12 @@ impl Progress for UntilDrawn {
     }
 }
 
-/// Draws with one sample a pixel and the GPU's own smoothing, as a window does. `bake` bakes the mesh until it is
-/// cancelled, and says whether it has baked it.
+/// Draws with one sample a pixel and the GPU's own smoothing, as a window does. `bake` bakes the mesh.
 pub(crate) fn measure(
     renderer: &Renderer,
     scene: &Scene,
     settings: &Settings,
-    bake: Option<&(dyn Fn(&dyn Progress) -> bool + Sync)>,
+    bake: Option<Bake>,
     [opening, starting]: [Duration; 2],
 ) -> Result<Timings, NoGpu> {
     let gpu = renderer.gpu();
