@@ -30,7 +30,7 @@ impl Job {
         is_measured || self.method.limits.max_displacement.is_some()
     }
 
-    /// Number of rounds that all tiles take together before [`denoise`], by [`round`](super::round) and
+    /// Number of rounds that all tiles take together before [`denoise`](super::denoise()), by [`round`](super::round()) and
     /// [`end_round`](super::end_round); `None` for most methods.
     pub fn rounds(&self) -> Option<u32> {
         // A halo for blending is that of a caller who takes no rounds.
