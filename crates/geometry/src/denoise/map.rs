@@ -110,10 +110,10 @@ impl Default for Prior {
 }
 
 impl Default for Map {
-    /// σ as measured, 20 steps a round; boundary vertices are held by their data like all others.
+    /// σ as measured, 40 steps a round; boundary vertices are held by their data like all others.
     fn default() -> Self {
         let (motion, boundary) = (Motion::Free, Boundary::Free);
-        Self { noise: None, noise_across: None, prior: Prior::default(), steps: 20, motion, boundary }
+        Self { noise: None, noise_across: None, prior: Prior::default(), steps: 40, motion, boundary }
     }
 }
 
