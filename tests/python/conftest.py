@@ -85,3 +85,22 @@ def reference_meshes():
     paths = sorted(REFERENCE.glob("*.obj"))
     assert paths, "tests/reference has no meshes: run make_meshes.py"
     return paths
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    """Two processes of Dask."""
+    # It is slow to import, and most tests do without.
+    import distributed
+
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        yield cluster
+
+
+@pytest.fixture
+def client(cluster):
+    """A client of the two processes."""
+    import distributed
+
+    with distributed.Client(cluster) as client:
+        yield client

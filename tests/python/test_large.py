@@ -50,18 +50,6 @@ def large(tmp_path_factory):
     return path
 
 
-@pytest.fixture(scope="module")
-def cluster():
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
-        yield cluster
-
-
-@pytest.fixture
-def client(cluster):
-    with distributed.Client(cluster) as client:
-        yield client
-
-
 @pytest.mark.parametrize("method", ["laplacian", "taubin", "hc", "bilateral-normals"])
 def test_tiles_give_the_bits_of_the_whole_mesh(method, large, client, tmp_path):
     package.read(large).denoise(method).write(tmp_path / "whole.ply")

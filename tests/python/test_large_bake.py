@@ -4,7 +4,6 @@ gone on with."""
 import json
 import subprocess
 
-import distributed
 import numpy as np
 import pytest
 from PIL import Image
@@ -13,18 +12,6 @@ import planish as package
 from packaged import command
 from planish import dask
 from test_large import torus, write_ply
-
-
-@pytest.fixture(scope="module")
-def cluster():
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
-        yield cluster
-
-
-@pytest.fixture
-def client(cluster):
-    with distributed.Client(cluster) as client:
-        yield client
 
 
 def numbers(text):

@@ -118,10 +118,9 @@ def denoise_large(
     False.
     """
     path, output = fspath(path), fspath(output)
-    options = method_options(
-        method, preset, fix if isinstance(fix, str) else None, max_displacement, False, direction, parameters
-    )
-    settings = Settings(options, tiles, halo, weld, None if isinstance(fix, str) else fix, mask)
+    words, fixed = (fix, None) if isinstance(fix, str) else (None, fix)
+    options = method_options(method, preset, words, max_displacement, False, direction, parameters)
+    settings = Settings(options, tiles, halo, weld, fixed, mask)
     _planish.tiles_check(path, output)
 
     def work(run: Tiles) -> dict[str, Any]:
@@ -173,10 +172,9 @@ def bake_large(
     False.
     """
     path, output = fspath(path), fspath(output)
-    options = method_options(
-        method, preset, fix if isinstance(fix, str) else None, max_displacement, False, direction, parameters
-    )
-    settings = Settings(options, tiles, halo, weld, None if isinstance(fix, str) else fix, mask)
+    words, fixed = (fix, None) if isinstance(fix, str) else (None, fix)
+    options = method_options(method, preset, words, max_displacement, False, direction, parameters)
+    settings = Settings(options, tiles, halo, weld, fixed, mask)
     of_map = {"map": map, "bits": int(bits), "lambda": float(lambda_)}
     _planish.tiles_check_map(path, output, json.dumps({"key": "", **of_map}))
 

@@ -50,9 +50,6 @@ const VERSION: u64 = 6;
 /// Rule by which a vertex has its page, as it is written to manifests.
 const RULE: &str = "part-of-vertex";
 
-/// Error of a vertex above which it counts as unresolved, quanta.
-const TOLERANCE: f64 = 1.0;
-
 /// Writes the bundle of the mesh file at `path` to the folder `out`, when [`page`](super::page()) is done for all tiles: whole or not
 /// at all. `source_sha256` is the SHA-256 of the mesh file. Returns the manifest and its name.
 pub fn bundle(
@@ -123,8 +120,8 @@ pub fn bundle(
         || bake_files::earlier(&out.join(&of_manifest), out, |name| new.iter().any(|new| *new == Path::new(name)));
     let stage = |out: &Path| {
         let mut staged = Vec::new();
-        for (tile, page) in tiles.iter().zip(&pages) {
-            let name = format!("{}.displacement.{tile}.{}", names.stem, job.texel.file().extension());
+        let files: Vec<String> = manifest.page_entries().iter().map(|page| page.file.clone()).collect();
+        for ((tile, page), name) in tiles.iter().zip(&pages).zip(files) {
             staged.push(copy(&job.file(folder, *tile, "page"), &out.join(&name))?);
             manifest.files.push(FileEntry { file: name, sha256: page.sha256.clone() });
         }
@@ -231,7 +228,7 @@ fn report(folder: &Path, plan: &Plan, pages: &[TilePage], job: &MapJob, encoding
             max_quanta: in_quanta(of_map.max),
             p99_quanta: in_quanta(of_map.p99),
         },
-        tolerance_quanta: TOLERANCE,
+        tolerance_quanta: page::TOLERANCE,
         unresolved_vertices: pages.iter().map(|page| page.unresolved).sum(),
         eight_bit_weights: Filtered { max_error: filtered.max, p99_error: filtered.p99, seam_gap: gap },
         by_bits: by_bits

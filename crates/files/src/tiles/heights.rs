@@ -1,4 +1,4 @@
-//! What a map holds for the vertices of one tile.
+//! Heights or vectors of the vertices of one tile, as a map will hold them.
 
 use super::measure::surface_of;
 use super::merge;

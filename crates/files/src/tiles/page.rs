@@ -21,6 +21,9 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 use std::path::Path;
 
+/// Error of a vertex above which it counts as unresolved, quanta.
+pub(super) const TOLERANCE: f64 = 1.0;
+
 /// Formats whose errors a report compares.
 const COMPARED: [TexelFormat; 3] = [TexelFormat::Png8, TexelFormat::Png16, TexelFormat::Exr32];
 
@@ -42,7 +45,7 @@ pub(super) struct TilePage {
     pub(super) eight_bit_weights: Errors,
     /// Errors of the numbers that vertices sample.
     pub(super) of_map: Errors,
-    /// Number of vertices whose number is off by more than a quantum.
+    /// Number of vertices whose numbers are off by more than [`TOLERANCE`].
     pub(super) unresolved: usize,
     /// Largest absolute coordinate after displacement.
     pub(super) largest: f32,
@@ -66,7 +69,7 @@ impl Errors {
     }
 }
 
-/// What a map holds for a source vertex.
+/// Normal of a source vertex and the numbers that the map holds for it, one for each channel.
 struct Record {
     normal: Vec3,
     channels: [f64; 3],
@@ -117,14 +120,10 @@ pub(super) fn each_normal(
     Ok(())
 }
 
-/// What the map holds for the source vertices of a part, from the files of their tiles. #v
+/// Reads the records of the source vertices of a part from the files of their tiles. #v
 fn records(folder: &Path, part: &Part, job: &MapJob) -> Result<Vec<Record>, Failure> {
-    let mut of_tiles: BTreeMap<u16, Vec<usize>> = BTreeMap::new();
-    for (source, tile) in part.tiles.iter().enumerate() {
-        of_tiles.entry(*tile).or_default().push(source);
-    }
     let mut records: Vec<Option<Record>> = part.ids.iter().map(|_| None).collect();
-    for (tile, sources) in of_tiles {
+    for (tile, sources) in part.sources_by_tile() {
         let mut file = Numbers::open(job.file(folder, tile.into(), "heights"))?;
         let mut sources = sources.into_iter().peekable();
         while sources.peek().is_some() && !file.is_at_end()? {
@@ -189,7 +188,7 @@ pub fn page(folder: &Path, tile: usize, job: &MapJob, progress: &dyn Progress) -
         drawn: check.drawn.len(),
         errors: check.errors(&displaced),
         eight_bit_weights: check.errors(&check.displaced(&written, Weights::EightBits)),
-        unresolved: of_map.iter().filter(|off| **off > quantum + rounding).count(),
+        unresolved: of_map.iter().filter(|off| **off > TOLERANCE * quantum + rounding).count(),
         of_map: Errors::of(of_map),
         largest: check.drawn.iter().fold(0.0, |most, v| displaced[*v].abs().max_element().max(most)),
         by_bits: COMPARED.map(error_with).to_vec(),

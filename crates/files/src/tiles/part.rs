@@ -125,6 +125,15 @@ impl Tiles<'_> {
 }
 
 impl Part {
+    /// Indices in this part of the source vertices of each tile, ascending.
+    pub(super) fn sources_by_tile(&self) -> BTreeMap<u16, Vec<usize>> {
+        let mut sources: BTreeMap<u16, Vec<usize>> = BTreeMap::new();
+        for (source, tile) in self.tiles.iter().enumerate() {
+            sources.entry(*tile).or_default().push(source);
+        }
+        sources
+    }
+
     /// Reads a tile with a halo of so many rings.
     pub fn read(folder: &Path, plan: &Plan, tile: usize, halo: u16, progress: &dyn Progress) -> Result<Self, Failure> {
         let Some(tile) = u16::try_from(tile).ok().filter(|tile| usize::from(*tile) < plan.tiles.len()) else {

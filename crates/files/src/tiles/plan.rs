@@ -1,6 +1,6 @@
 //! Which vertex belongs to which tile.
 
-use super::records::failed;
+use super::records::{failed, write_json};
 use crate::failure::Failure;
 use glam::DVec3;
 use planish_geometry::mesh::weld::Welding;
@@ -98,10 +98,7 @@ impl Plan {
 
     /// Writes the plan, which says that all tiles are there.
     pub(super) fn write(&self, folder: &Path) -> Result<(), Failure> {
-        let (path, unfinished) = (Self::path(folder), folder.join("plan.unfinished"));
-        let json = serde_json::to_vec(self).map_err(Failure::internal)?;
-        std::fs::write(&unfinished, json).map_err(failed(&unfinished))?;
-        std::fs::rename(&unfinished, &path).map_err(failed(&path))
+        write_json(&Self::path(folder), self)
     }
 }
 

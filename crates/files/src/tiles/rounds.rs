@@ -15,10 +15,9 @@ use planish_geometry::mesh::jagged::Index;
 use planish_geometry::progress::Progress;
 use planish_geometry::source::model::WeldedSurface;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// What is known of the whole mesh when all tiles have taken a round.
+/// Measurements of the whole mesh after a round that all tiles have taken.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AfterRound {
     /// Number of the round; 0 is the mesh as it was given.
@@ -96,12 +95,8 @@ pub fn round(folder: &Path, tile: usize, job: &Job, last: AfterRound, progress: 
 
 /// Positions of the source vertices of a part after a round, each as its own tile has it. #v×3
 fn positions(folder: &Path, part: &Part, job: &Job, round: u32) -> Result<Vec<DVec3>, Failure> {
-    let mut of_tiles: BTreeMap<u16, Vec<usize>> = BTreeMap::new();
-    for (source, tile) in part.tiles.iter().enumerate() {
-        of_tiles.entry(*tile).or_default().push(source);
-    }
     let mut positions = part.positions.clone();
-    for (tile, sources) in of_tiles {
+    for (tile, sources) in part.sources_by_tile() {
         let mut of_tile = Numbers::open(file(folder, tile.into(), job, "round", round))?;
         for source in sources {
             let id = part.ids[source];

@@ -20,7 +20,7 @@ pub enum Fallback {
         /// Number of vertices without texture coordinates.
         vertices: usize,
     },
-    /// All faces of a page are left out of the surface, as backs that share the vertices of their fronts are.
+    /// A page has no face of the surface: all its faces are backs that share the vertices of their fronts, or have no area.
     NoLayout,
     /// The charts overlap many times.
     Overlap {

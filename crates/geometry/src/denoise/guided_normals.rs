@@ -126,7 +126,7 @@ pub struct GuidedRound<'a> {
     pub positions: &'a [DVec3],
     /// Mean distance of the centroids of triangles that share an edge in the whole mesh as it was given, model units.
     pub spacing_of_input: f64,
-    /// The same mean distance with the vertices where they are now, model units.
+    /// Mean distance of these centroids in the whole mesh with the vertices where they are before the round, model units.
     pub spacing: f64,
 }
 

@@ -29,7 +29,7 @@ const STIFFNESS_RAMP: f64 = 0.3;
 
 impl<'a> Problem<'a> {
     /// A problem on a mesh with this noise. Noisier meshes are smoothed over wider neighbourhoods, which takes more steps. Half as many
-    /// were as good on training shapes, but up to a tenth worse on machine parts with large flat faces.
+    /// were as good on training shapes, but up to a tenth worse on the machine parts of `docs/results.md`.
     pub(in crate::denoise) fn new(
         connectivity: &'a Connectivity,
         constraint: &'a BoundaryConstraint,
